@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Criteria: questions about rays, as text and as a tree, and their answers from a Ray Map."""
+
+from raymaps.criterion.estimate import covariance_w2, estimate_flux
+from raymaps.criterion.evaluate import Bound, Verdicts, bind, inside_area, matching_rays
+from raymaps.criterion.query import QueryResult, matches, query, rays_per_source
+from raymaps.criterion.text import format_criterion, format_name, parse_criterion
+from raymaps.criterion.tree import (
+    ELEMENTARY_EVENTS,
+    MAX_DEPTH,
+    And,
+    Area,
+    Criterion,
+    Crosses,
+    Ellipse,
+    Ended,
+    Everything,
+    From,
+    Happened,
+    Hit,
+    InMedium,
+    Not,
+    OnSurface,
+    Or,
+    Rectangle,
+    all_of,
+    any_of,
+    from_dict,
+    to_dict,
+)
+
+__all__ = [
+    "ELEMENTARY_EVENTS",
+    "MAX_DEPTH",
+    "And",
+    "Area",
+    "Bound",
+    "Criterion",
+    "Crosses",
+    "Ellipse",
+    "Ended",
+    "Everything",
+    "From",
+    "Happened",
+    "Hit",
+    "InMedium",
+    "Not",
+    "OnSurface",
+    "Or",
+    "QueryResult",
+    "Rectangle",
+    "Verdicts",
+    "all_of",
+    "any_of",
+    "bind",
+    "covariance_w2",
+    "estimate_flux",
+    "format_criterion",
+    "format_name",
+    "from_dict",
+    "inside_area",
+    "matches",
+    "matching_rays",
+    "parse_criterion",
+    "query",
+    "rays_per_source",
+    "to_dict",
+]

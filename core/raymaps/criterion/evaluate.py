@@ -1,0 +1,366 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Which rays match a criterion: decided once per distinct signature, looked up per ray.
+
+`bind` checks a criterion's names against a map once and replaces them by indices. `Bound.on_signatures` then says for
+each signature whether its rays match *never*, *always*, or whether that *needs numbers*; only the area of a detector
+needs them, and only of rays whose signature crosses that detector. So the columns of a portion are touched only where
+the signature leaves the answer open.
+
+To add an elementary event: a class in `tree`, how it is read and written in `text`, its meaning in `_BINDERS` here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raymaps.criterion import tree
+from raymaps.criterion.text import parse_criterion
+from raymaps.errors import CriterionError, unknown_name
+from raymaps.kinds import CRITERION_KINDS, ENDINGS, EventKind
+from raymaps.names import Names
+from raymaps.store.signatures import SignatureTable
+
+if TYPE_CHECKING:
+    from raymaps.store import Portion
+
+__all__ = ["Bound", "Verdicts", "bind", "inside_area", "matching_rays"]
+
+Mask = NDArray[np.bool_]
+
+#: Events that don't take place on a surface, whatever body they name.
+_NOT_ON_A_SURFACE = (
+    EventKind.EMISSION,
+    EventKind.MEDIUM_ABSORPTION,
+    EventKind.MEDIUM_SCATTERING,
+    EventKind.LEFT,
+    EventKind.CROSSING,
+)
+
+
+@dataclass(frozen=True)
+class Verdicts:
+    """What signatures alone say about a criterion.
+
+    Attributes
+    ----------
+    always : (n_signatures,) bool
+        Rays of the signature match.
+    maybe : (n_signatures,) bool
+        Rays of the signature match or may match; never those outside ``maybe``.
+    """
+
+    always: Mask
+    maybe: Mask
+
+
+class Bound:
+    """A node of a criterion whose names have become indices of one map. Frozen; made by `bind`."""
+
+    #: The criterion that was bound.
+    criterion: tree.Criterion
+
+    def on_signatures(self, table: SignatureTable) -> Verdicts:
+        """Verdict per signature."""
+        raise NotImplementedError
+
+    def on_rays(self, portion: Portion, rays: NDArray[np.int64]) -> Mask:
+        """Verdict per ray, for those that signatures leave open; ``rays`` are numbers within the portion."""
+        raise NotImplementedError
+
+    def on_sources(self, n_sources: int) -> Verdicts:
+        """Verdict per source: what is known of a ray from its source alone."""
+        raise NotImplementedError
+
+
+def bind(criterion: tree.Criterion | str, names: Names) -> Bound:
+    """Check a criterion's names and replace them by indices.
+
+    Parameters
+    ----------
+    criterion : Criterion or its text form
+    names : Names
+        Of the map that is asked.
+
+    Raises
+    ------
+    CriterionError
+        If the text can't be read, or a name is unknown: the sentence lists the known ones.
+    """
+    if isinstance(criterion, str):
+        criterion = parse_criterion(criterion)
+    if isinstance(criterion, tree.Not):
+        return _Negation(criterion, bind(criterion.operand, names))
+    if isinstance(criterion, tree.And | tree.Or):
+        return _Junction(criterion, tuple(bind(operand, names) for operand in criterion.operands))
+    return _BINDERS[type(criterion)](criterion, names)
+
+
+def matching_rays(portion: Portion, bound: Bound) -> NDArray[np.int64]:
+    """Rays of a portion that match, as ascending numbers within the portion.
+
+    Returns
+    -------
+    (n_matching,) int64
+    """
+    verdicts = bound.on_signatures(portion.signatures)
+    if not verdicts.maybe.any():
+        return np.zeros(0, np.int64)
+    if verdicts.always.all():
+        return np.arange(portion.n_rays, dtype=np.int64)
+    open_signatures = verdicts.maybe & ~verdicts.always
+    if not open_signatures.any():
+        return np.flatnonzero(verdicts.always[portion.ray_signature])
+    candidates = np.flatnonzero(verdicts.maybe[portion.ray_signature])
+    is_open = open_signatures[portion.ray_signature[candidates]]
+    keep = ~is_open
+    keep[is_open] = bound.on_rays(portion, candidates[is_open])
+    return candidates[keep]
+
+
+def inside_area(area: tree.Area, xy_mm: NDArray[np.float64]) -> Mask:
+    """Which points lie in an area of a detector, borders included.
+
+    Parameters
+    ----------
+    area : Rectangle or Ellipse
+    xy_mm : (n, 2) float64, local coordinates of the detector
+
+    Returns
+    -------
+    (n,) bool
+    """
+    x_mm, y_mm = xy_mm[:, 0], xy_mm[:, 1]
+    if isinstance(area, tree.Rectangle):
+        return (x_mm >= area.x0_mm) & (x_mm <= area.x1_mm) & (y_mm >= area.y0_mm) & (y_mm <= area.y1_mm)
+    with np.errstate(over="ignore"):  # a point far outside a tiny ellipse
+        return ((x_mm - area.cx_mm) / area.rx_mm) ** 2 + ((y_mm - area.cy_mm) / area.ry_mm) ** 2 <= 1.0
+
+
+# ---------------------------------------------------------------------------------------------------- logic
+
+
+@dataclass(frozen=True)
+class _Negation(Bound):
+    criterion: tree.Criterion
+    operand: Bound
+
+    def on_signatures(self, table: SignatureTable) -> Verdicts:
+        return _negated(self.operand.on_signatures(table))
+
+    def on_rays(self, portion: Portion, rays: NDArray[np.int64]) -> Mask:
+        return ~self.operand.on_rays(portion, rays)
+
+    def on_sources(self, n_sources: int) -> Verdicts:
+        return _negated(self.operand.on_sources(n_sources))
+
+
+@dataclass(frozen=True)
+class _Junction(Bound):
+    criterion: tree.Criterion
+    operands: tuple[Bound, ...]
+
+    @property
+    def _combine(self) -> np.ufunc:
+        return np.logical_and if isinstance(self.criterion, tree.And) else np.logical_or
+
+    def on_signatures(self, table: SignatureTable) -> Verdicts:
+        verdicts = self.operands[0].on_signatures(table)
+        for operand in self.operands[1:]:
+            # Nothing can change any more: an "and" that never holds, an "or" that always does.
+            if not verdicts.maybe.any() if isinstance(self.criterion, tree.And) else verdicts.always.all():
+                break
+            verdicts = _combined(self._combine, verdicts, operand.on_signatures(table))
+        return verdicts
+
+    def on_rays(self, portion: Portion, rays: NDArray[np.int64]) -> Mask:
+        undecided = isinstance(self.criterion, tree.And)  # what an operand says that decides nothing
+        result = np.full(len(rays), undecided)
+        left = np.arange(len(rays))
+        for operand in self.operands:
+            answers = operand.on_rays(portion, rays[left])
+            result[left] = answers
+            left = left[answers == undecided]
+            if not len(left):
+                break
+        return result
+
+    def on_sources(self, n_sources: int) -> Verdicts:
+        verdicts = self.operands[0].on_sources(n_sources)
+        for operand in self.operands[1:]:
+            verdicts = _combined(self._combine, verdicts, operand.on_sources(n_sources))
+        return verdicts
+
+
+def _negated(verdicts: Verdicts) -> Verdicts:
+    return Verdicts(~verdicts.maybe, ~verdicts.always)
+
+
+def _combined(combine: np.ufunc, a: Verdicts, b: Verdicts) -> Verdicts:
+    return Verdicts(combine(a.always, b.always), combine(a.maybe, b.maybe))
+
+
+# ---------------------------------------------------------------------------------------------------- elementary events
+
+
+@dataclass(frozen=True)
+class _BySignature(Bound):
+    """An elementary event that signatures decide.
+
+    ``select`` gives the verdict per signature. ``by_source`` holds it per source where the source decides alone.
+    """
+
+    criterion: tree.Criterion
+    select: Callable[[SignatureTable], Mask]
+    by_source: Callable[[int], Mask] | None = None
+
+    def on_signatures(self, table: SignatureTable) -> Verdicts:
+        selected = self.select(table)
+        return Verdicts(selected, selected)
+
+    def on_rays(self, portion: Portion, rays: NDArray[np.int64]) -> Mask:
+        return self.select(portion.signatures)[portion.ray_signature[rays]]
+
+    def on_sources(self, n_sources: int) -> Verdicts:
+        if self.by_source is None:
+            return Verdicts(np.zeros(n_sources, bool), np.ones(n_sources, bool))
+        known = self.by_source(n_sources)
+        return Verdicts(known, known)
+
+
+@dataclass(frozen=True)
+class _InArea(Bound):
+    """Registered by a detector inside an area: the only elementary event that needs numbers."""
+
+    criterion: tree.Criterion
+    detector: int
+    area: tree.Area
+
+    def on_signatures(self, table: SignatureTable) -> Verdicts:
+        return Verdicts(np.zeros(len(table), bool), _registered_by(table, self.detector))
+
+    def on_rays(self, portion: Portion, rays: NDArray[np.int64]) -> Mask:
+        rows = np.flatnonzero((portion.crossing_detector == self.detector) & portion.crossing_registered)
+        rows = rows[inside_area(self.area, portion.crossing_xy_mm[rows])]
+        hit = np.zeros(portion.n_rays, bool)
+        hit[portion.crossing_ray[rows]] = True
+        return hit[rays]
+
+    def on_sources(self, n_sources: int) -> Verdicts:
+        return Verdicts(np.zeros(n_sources, bool), np.ones(n_sources, bool))
+
+
+def _with_steps(table: SignatureTable, steps: NDArray[np.int64]) -> Mask:
+    """Which signatures own at least one of some steps, given by their rows."""
+    owners = np.zeros(len(table), bool)
+    owners[np.searchsorted(table.offsets, steps, side="right") - 1] = True
+    return owners
+
+
+def _registered_by(table: SignatureTable, detector: int) -> Mask:
+    steps = np.flatnonzero(table.detector == detector)
+    crossing = (table.kind[steps] == EventKind.CROSSING) & (table.registered[steps] == 1)
+    return _with_steps(table, steps[crossing])
+
+
+def _kind_mask(kinds: tuple[EventKind, ...]) -> Mask:
+    """Lookup from a kind's code to whether it is one of some kinds, (256,) bool."""
+    mask = np.zeros(256, bool)
+    mask[list(kinds)] = True
+    return mask
+
+
+def _on_a_surface(column: str, index: int, kind: str | None) -> Callable[[SignatureTable], Mask]:
+    """Selects signatures with an event on a surface whose column holds an index and, if given, that has a kind."""
+    kinds = tuple(EventKind) if kind is None else CRITERION_KINDS[kind]
+    mask = _kind_mask(tuple(k for k in kinds if k not in _NOT_ON_A_SURFACE))
+
+    def select(table: SignatureTable) -> Mask:
+        steps = np.flatnonzero(getattr(table, column) == index)
+        return _with_steps(table, steps[mask[table.kind[steps]]])
+
+    return select
+
+
+def _in_medium(kind: str, medium: int) -> Callable[[SignatureTable], Mask]:
+    """Selects signatures with an event inside a medium: the segment that ends at the event runs in the medium."""
+    mask = _kind_mask(CRITERION_KINDS[kind])
+
+    def select(table: SignatureTable) -> Mask:
+        events = np.flatnonzero(table.kind != EventKind.CROSSING)
+        here = np.flatnonzero(mask[table.kind[events]])  # never the first: a signature starts with its emission
+        return _with_steps(table, events[here[table.medium[events[here - 1]] == medium]])
+
+    return select
+
+
+def _known(what: str, name: str, names: tuple[str, ...]) -> int:
+    if name not in names:
+        raise CriterionError(unknown_name(what, name, names))
+    return names.index(name)
+
+
+def _bind_everything(event: Any, names: Names) -> Bound:
+    return _BySignature(event, lambda table: np.ones(len(table), bool), lambda n_sources: np.ones(n_sources, bool))
+
+
+def _bind_from(event: tree.From, names: Names) -> Bound:
+    source = _known("source", event.source, names.sources)
+    return _BySignature(event, lambda table: table.ray_source == source, lambda n: np.arange(n) == source)
+
+
+def _bind_hit(event: tree.Hit, names: Names) -> Bound:
+    body = _known("body", event.body, names.bodies)
+    if event.face is None:
+        return _BySignature(event, _on_a_surface("body", body, event.kind))
+    faces = {name: index for index, (owner, name) in enumerate(names.faces) if owner == body}
+    if event.face not in faces:
+        raise CriterionError(unknown_name(f"face of body '{event.body}'", event.face, faces))
+    return _BySignature(event, _on_a_surface("face", faces[event.face], event.kind))
+
+
+def _bind_on_surface(event: tree.OnSurface, names: Names) -> Bound:
+    surface = _known("surface property", event.surface, names.surfaces)
+    return _BySignature(event, _on_a_surface("surface", surface, event.kind))
+
+
+def _bind_happened(event: tree.Happened, names: Names) -> Bound:
+    kinds = CRITERION_KINDS[event.kind]
+    if kinds == (EventKind.EMISSION,):
+        return _bind_everything(event, names)
+    mask = _kind_mask(kinds)
+    return _BySignature(event, lambda table: table.any_step(mask[table.kind]))
+
+
+def _bind_in_medium(event: tree.InMedium, names: Names) -> Bound:
+    medium = _known("medium", event.medium, names.media)
+    return _BySignature(event, _in_medium(tree.MEDIUM_EVENTS[event.what], medium))
+
+
+def _bind_crosses(event: tree.Crosses, names: Names) -> Bound:
+    detector = _known("detector", event.detector, names.detectors)
+    if event.area is not None:
+        return _InArea(event, detector, event.area)
+    return _BySignature(event, lambda table: _registered_by(table, detector))
+
+
+def _bind_ended(event: tree.Ended, names: Names) -> Bound:
+    mask = _kind_mask(ENDINGS[event.how])
+    return _BySignature(event, lambda table: mask[table.ending])
+
+
+#: The meaning of each elementary event.
+_BINDERS: dict[type[tree.Criterion], Callable[[Any, Names], Bound]] = {
+    tree.Everything: _bind_everything,
+    tree.From: _bind_from,
+    tree.Hit: _bind_hit,
+    tree.OnSurface: _bind_on_surface,
+    tree.Happened: _bind_happened,
+    tree.InMedium: _bind_in_medium,
+    tree.Crosses: _bind_crosses,
+    tree.Ended: _bind_ended,
+}

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Ask a Ray Map: which rays match a criterion, how many, and with how much light."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raymaps.criterion.estimate import estimate_flux
+from raymaps.criterion.evaluate import Bound, bind, matching_rays
+from raymaps.criterion.text import format_criterion
+from raymaps.criterion.tree import Criterion, Everything
+from raymaps.errors import CriterionError
+
+if TYPE_CHECKING:
+    from raymaps.store import Portion, RayMap
+
+__all__ = ["QueryResult", "matches", "query", "rays_per_source"]
+
+
+@dataclass(frozen=True)
+class QueryResult:
+    """Rays that match a criterion.
+
+    Attributes
+    ----------
+    criterion : str
+    rays : int
+        Matching rays among the scanned.
+    scanned : int
+        Rays looked at; all of the map unless enough were found before.
+    flux_w, flux_stderr_w : float
+        Light that the matching rays were emitted with, in W, and its standard error. The scanned rays alone make a fair
+        simulation, so the figure stands for the whole map also where it was scanned in part.
+    ids : (n,) int64
+        Numbers of the matching rays, ascending; the first ones if a limit was set.
+    """
+
+    criterion: str
+    rays: int
+    scanned: int
+    flux_w: float
+    flux_stderr_w: float
+    ids: NDArray[np.int64]
+
+    def to_dict(self) -> dict[str, Any]:
+        """As the command line and the server print it."""
+        return {
+            "criterion": self.criterion,
+            "rays": self.rays,
+            "scanned": self.scanned,
+            "flux_w": self.flux_w,
+            "flux_stderr_w": self.flux_stderr_w,
+            "ids": self.ids.tolist(),
+        }
+
+
+def query(ray_map: RayMap, criterion: Criterion | str | None = None, limit: int | None = None) -> QueryResult:
+    """Rays of a map that match a criterion.
+
+    Parameters
+    ----------
+    ray_map : RayMap
+    criterion : Criterion, its text form, or None for every ray
+    limit : int, optional
+        How many ray numbers are wanted. Portions are scanned in order, and no further than needed to find so many.
+
+    Raises
+    ------
+    CriterionError
+        If the criterion can't be read or names something that the map does not hold, or the limit is negative.
+    """
+    if limit is not None and limit < 0:
+        raise CriterionError(f"The limit must be 0 or more rays, got {limit}.")
+    bound = bind(Everything() if criterion is None else criterion, ray_map.names)
+    n_sources = len(ray_map.names.sources)
+    ids: list[NDArray[np.int64]] = []
+    scanned_of_source = np.zeros(n_sources, np.int64)
+    found_of_source = np.zeros(n_sources, np.int64)
+    for portion, rays in matches(ray_map, bound):
+        ids.append(portion.first_ray + rays)
+        found_of_source += rays_per_source(portion, n_sources, rays)
+        scanned_of_source += rays_per_source(portion, n_sources)
+        if limit is not None and found_of_source.sum() >= limit:
+            break
+    flux_w, stderr_w = estimate_flux(
+        ray_map.source_flux_w, scanned_of_source, found_of_source, found_of_source, _decided(bound, n_sources)
+    )
+    return QueryResult(
+        criterion=format_criterion(bound.criterion),
+        rays=int(found_of_source.sum()),
+        scanned=int(scanned_of_source.sum()),
+        flux_w=float(flux_w),
+        flux_stderr_w=float(stderr_w),
+        ids=_frozen(np.concatenate([np.zeros(0, np.int64), *ids])[:limit]),
+    )
+
+
+def matches(ray_map: RayMap, bound: Bound) -> Iterator[tuple[Portion, NDArray[np.int64]]]:
+    """Portion by portion, in order, the matching rays as ascending numbers within the portion."""
+    for portion in ray_map.portions:
+        yield portion, matching_rays(portion, bound)
+
+
+def rays_per_source(portion: Portion, n_sources: int, rays: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
+    """How many rays of a portion, or of some of its rays, each source emitted: (n_sources,) int64."""
+    signatures = portion.ray_signature if rays is None or len(rays) == portion.n_rays else portion.ray_signature[rays]
+    of_signature = np.bincount(signatures, minlength=len(portion.signatures))
+    return np.bincount(portion.signatures.ray_source, of_signature, n_sources).astype(np.int64)
+
+
+def _decided(bound: Bound, n_sources: int) -> NDArray[np.bool_]:
+    """Sources all of whose rays match, or none, by the criterion's logic alone."""
+    verdicts = bound.on_sources(n_sources)
+    return verdicts.always | ~verdicts.maybe
+
+
+def _frozen(array: NDArray[np.int64]) -> NDArray[np.int64]:
+    array.setflags(write=False)
+    return array
