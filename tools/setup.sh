@@ -158,7 +158,7 @@ import pyvista
 plotter = pyvista.Plotter(off_screen=True, window_size=(64, 64))
 plotter.add_mesh(pyvista.Sphere(), color="red")
 image = plotter.screenshot(return_img=True)
-raise SystemExit(image.min() == image.max())
+raise SystemExit(int(image.min() == image.max()))
 ' >"$log_file" 2>&1
 }
 
