@@ -1,0 +1,213 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""A study as a scene: everything but the triangles.
+
+`describe` gives the scene's data with, for each body, its place in the document; `raymaps_wb.export.writer` adds the
+geometry files and `raymaps_wb.export.fingerprint` a digest of it all.
+"""
+
+from collections import namedtuple
+
+import FreeCAD
+
+from raymaps_wb.errors import ExportError
+from raymaps_wb.export.bodies import body_names, resolve_all
+from raymaps_wb.objects.detector import Detector
+from raymaps_wb.objects.medium import Medium
+from raymaps_wb.objects.source import Source
+from raymaps_wb.objects.study import members
+from raymaps_wb.objects.surface_property import SurfaceProperty
+
+#: scene: dict without geometry. places: dict of body name to BodyPlace.
+Description = namedtuple("Description", "scene places")
+
+DEFAULT_SURFACE = "smooth boundary"  # Fresnel, for bodies with a medium and no property of their own
+
+
+def describe(study):
+    """The scene of a study.
+
+    Raises
+    ------
+    ExportError
+        If it can't be written as a scene: a reference to nothing, two media in a body, no source, no surface property.
+    """
+    media = unique_names(members(study, Medium.TYPE))
+    properties = unique_names(members(study, SurfaceProperty.TYPE))
+    sources = unique_names(members(study, Source.TYPE))
+    detectors = unique_names(members(study, Detector.TYPE))
+    if not sources:
+        raise ExportError(f"Study '{study.Label}' has no source; add one.")
+
+    body_media, body_surfaces, face_surfaces, emitting = {}, {}, {}, {}
+    for obj in media:
+        for place, face in resolve_all(obj):
+            _assign(body_media, place, obj, media, "medium")
+    for obj in properties:
+        for place, face in resolve_all(obj):
+            if face is None:
+                _assign(body_surfaces, place, obj, properties, "surface property")
+            else:
+                _assign(face_surfaces, (place, face), obj, properties, "surface property")
+    for obj in sources:
+        if obj.Kind == "Faces":
+            emitting[obj] = resolve_all(obj)
+
+    places = list(body_media) + list(body_surfaces) + [place for place, _ in face_surfaces]
+    places += [place for picked in emitting.values() for place, _ in picked]
+    names = body_names(list(dict.fromkeys(places)))
+    surfaces = {name: _surface(obj, name, properties) for obj, name in properties.items()}
+    bodies = {}
+    for place, name in names.items():
+        own = {face: properties[obj] for (at, face), obj in face_surfaces.items() if at == place}
+        bodies[name] = {
+            "medium": media[body_media[place]] if place in body_media else None,
+            "surface": _body_surface(place, name, body_media, body_surfaces, own, properties, surfaces),
+            "face_surfaces": own,
+        }
+    ambient = study.AmbientMedium
+    if ambient is not None and ambient not in media:
+        raise ExportError(f"Study '{study.Label}': the ambient medium '{ambient.Label}' is not in the study; move it there.")
+    scene = {
+        "format": "raymaps-scene",
+        "version": 1,
+        "name": _text(study.Label),
+        "ambient": media[ambient] if ambient is not None else None,
+        "media": {name: _medium(obj) for obj, name in media.items()},
+        "surfaces": surfaces,
+        "bodies": bodies,
+        "sources": {name: _source(obj, name, names, emitting) for obj, name in sources.items()},
+        "detectors": {name: _detector(obj) for obj, name in detectors.items()},
+        "settings": {
+            "rays": study.Rays,
+            "seed": study.Seed,
+            "max_events": study.MaxEvents,
+            "roulette_threshold": study.RouletteThreshold,
+        },
+    }
+    return Description(scene, {name: place for place, name in names.items()})
+
+
+def unique_names(objects):
+    """Document objects with a name each: the label, with a number behind it where labels repeat."""
+    names = {}
+    for obj in objects:
+        name, n = _text(obj.Label), 1
+        while name in names.values():
+            n += 1
+            name = f"{_text(obj.Label)}_{n}"
+        names[obj] = name
+    return names
+
+
+def _text(label):
+    return "".join(c for c in label if ord(c) >= 32 and ord(c) != 127).strip()[:150] or "unnamed"
+
+
+def _assign(assigned, key, obj, names, what):
+    other = assigned.setdefault(key, obj)
+    if other is not obj:
+        from raymaps_wb.export.bodies import label_of
+
+        place, face = key if isinstance(key[1], str) and hasattr(key[0], "path") else (key, None)
+        where = label_of(place) + (f".{face}" if face else "")
+        raise ExportError(f"'{where}' has two of one {what}: '{names[other]}' and '{names[obj]}'; remove it from one of them.")
+
+
+def _body_surface(place, name, body_media, body_surfaces, own, properties, surfaces):
+    if place in body_surfaces:
+        return properties[body_surfaces[place]]
+    if place in body_media:
+        surfaces.setdefault(DEFAULT_SURFACE, {"kind": "fresnel"})
+        return DEFAULT_SURFACE
+    from raymaps_wb.export.bodies import shape_of
+
+    missing = [f"Face{i + 1}" for i in range(len(shape_of(place).Faces)) if f"Face{i + 1}" not in own]
+    if missing:
+        shown = ", ".join(missing[:5]) + (", ..." if len(missing) > 5 else "")
+        raise ExportError(f"Body '{name}' has no surface property on {shown}; give the whole body one, or a medium.")
+    return next(iter(own.values()))
+
+
+def _bands(values, where, what, default):
+    values = [float(value) for value in values] or [default]
+    if len(values) not in (1, 3):
+        raise ExportError(f"{where}: {what} takes one value or three (red, green, blue), got {len(values)}.")
+    return values[0] if len(values) == 1 else values
+
+
+def _medium(obj):
+    return {
+        "refractive_index": obj.RefractiveIndex,
+        "absorption_per_mm": _bands(obj.AbsorptionPerMm, f"Medium '{obj.Label}'", "absorption", 0.0),
+    }
+
+
+def _surface(obj, name, properties):
+    where = f"Surface property '{name}'"
+    if obj.Kind == "Mirror":
+        return {"kind": "mirror", "reflectance": _bands(obj.Reflectance, where, "reflectance", 1.0)}
+    if obj.Kind == "Lambertian":
+        return {
+            "kind": "lambertian",
+            "reflectance": _bands(obj.Reflectance, where, "reflectance", 0.0),
+            "transmittance": _bands(obj.Transmittance, where, "transmittance", 0.0),
+        }
+    if obj.Kind == "Mixture":
+        if len(obj.Parts) != len(obj.Weights) or not obj.Parts:
+            raise ExportError(f"{where}: a mixture needs a weight for each part, got {len(obj.Parts)} parts and "
+                              f"{len(obj.Weights)} weights.")  # fmt: skip
+        unknown = [part.Label for part in obj.Parts if part not in properties]
+        if unknown:
+            raise ExportError(f"{where}: '{unknown[0]}' is not a surface property of this study; move it there.")
+        parts = zip(obj.Weights, obj.Parts)
+        return {"kind": "mixture", "parts": [{"weight": weight, "surface": properties[part]} for weight, part in parts]}
+    return {"kind": obj.Kind.lower()}
+
+
+def _source(obj, name, names, emitting):
+    where = f"Source '{name}'"
+    if len(obj.RGB) != 3:
+        raise ExportError(f"{where}: RGB takes three values (red, green, blue), got {len(obj.RGB)}.")
+    source = {"kind": obj.Kind.lower(), "flux_w": obj.FluxW, "rgb": [float(value) for value in obj.RGB]}
+    if obj.Kind == "Faces":
+        return {**source, **_emission(emitting[obj], where, names)}
+    placement = global_placement(obj)
+    source["position_mm"] = list(placement.Base)
+    if obj.Kind in ("Cone", "Disc"):
+        source["direction"] = list(placement.Rotation.multVec(FreeCAD.Vector(0, 0, 1)))
+    if obj.Kind == "Cone":
+        source["half_angle_deg"] = float(obj.HalfAngle)
+    if obj.Kind == "Disc":
+        source["radius_mm"] = float(obj.Radius)
+    return source
+
+
+def _emission(picked, where, names):
+    places = list(dict.fromkeys(place for place, _ in picked))
+    if not places:
+        raise ExportError(f"{where}: it emits from faces and has none; pick the faces of one body.")
+    if len(places) > 1:
+        shown = " and ".join(f"'{names[place]}'" for place in places[:2])
+        raise ExportError(f"{where}: its faces are on more than one body ({shown}); make a source for each body.")
+    faces = [face for _, face in picked]
+    return {"body": names[places[0]], **({} if None in faces else {"faces": sorted(set(faces), key=lambda f: int(f[4:]))})}
+
+
+def _detector(obj):
+    placement = global_placement(obj)
+    return {
+        "kind": "rectangle",
+        "center_mm": list(placement.Base),
+        "normal": list(placement.Rotation.multVec(FreeCAD.Vector(0, 0, 1))),
+        "x_axis": list(placement.Rotation.multVec(FreeCAD.Vector(1, 0, 0))),
+        "width_mm": float(obj.Width),
+        "height_mm": float(obj.Height),
+        "resolution": [obj.ResolutionX, obj.ResolutionY],
+        "side": obj.Side.lower(),
+        "max_angle_deg": float(obj.MaxAngle),
+    }
+
+
+def global_placement(obj):
+    """Placement of a source or detector in global coordinates, also inside parts."""
+    return obj.getGlobalPlacement() if obj.getParentGeoFeatureGroup() is not None else obj.Placement

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Result: the Ray Map of a study, what was asked of it, and whether it still belongs to the document."""
+
+import os
+
+from raymaps_wb.compat import translate
+from raymaps_wb.objects.properties import Property, Proxy, make_object
+from raymaps_wb.objects.study import members
+
+
+class Result(Proxy):
+    """Names a map on disk. The map itself is never stored in the document."""
+
+    TYPE = "RayMaps::Result"
+    PROPERTIES = (
+        Property("App::PropertyString", "MapPath", "Folder of the Ray Map, relative to the document where possible"),
+        Property("App::PropertyString", "Fingerprint", "Of all that was exported for this map", read_only=True),
+        Property("App::PropertyInteger", "Rays", "Number of rays in the map", read_only=True),
+        Property("App::PropertyInteger", "Events", "Number of events in the map", read_only=True),
+        Property("App::PropertyBool", "Stale", "The document has changed since the map was made", False, read_only=True),
+        Property("App::PropertyString", "Criterion", "Which rays are shown", "true"),
+        Property("App::PropertyStringList", "History", "Criteria asked before, latest first"),
+        Property("App::PropertyInteger", "MaxRays", "Largest number of rays drawn", 1000),
+        Property("App::PropertyInteger", "MatchingRays", "Number of rays that match the criterion", read_only=True),
+        Property("App::PropertyFloat", "FluxW", "Light of the matching rays as emitted, in W", read_only=True),
+        Property("App::PropertyFloat", "FluxStderrW", "Standard error of FluxW, in W", read_only=True),
+    )
+
+
+def make_result(document, study, label=None):
+    """Add a new, empty result."""
+    return make_object(document, "App::FeaturePython", Result, label or translate("Result"), study)
+
+
+def result_of(study):
+    """The result of a study, None if it has none."""
+    found = members(study, Result.TYPE)
+    return found[0] if found else None
+
+
+def map_folder(result):
+    """Absolute path of the result's map; empty if it names none."""
+    path = result.MapPath
+    if not path:
+        return ""
+    if os.path.isabs(path):
+        return path
+    return os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(result.Document.FileName or ".")), path))
+
+
+def set_map_folder(result, folder):
+    """Remember a map, relative to the document where the map stands below the document's folder."""
+    base = os.path.dirname(result.Document.FileName) if result.Document.FileName else ""
+    if base and os.path.abspath(folder).startswith(os.path.abspath(base) + os.sep):
+        folder = os.path.relpath(folder, base)
+    result.MapPath = folder.replace(os.sep, "/")
