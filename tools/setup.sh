@@ -113,13 +113,14 @@ ensure_venv_module() {
         fail "$python has no venv and ensurepip modules. Install them, or name another one: make PYTHON=/path/to/python3"
 }
 
-# What .venv was made from; it is made again where that changed.
+# What .venv was made from; it is made again where that changed. It cannot be moved, so its place counts.
 environment_stamp() {
     "$1" -c '
 import hashlib, os, sys
-content = b"".join(open(name, "rb").read() for name in sys.argv[1:])
-print(hashlib.sha256(content).hexdigest(), "%d.%d.%d" % sys.version_info[:3], os.getcwd())
-' "$LOCK" pyproject.toml
+with open(sys.argv[1], "rb") as lock:
+    digest = hashlib.sha256(lock.read()).hexdigest()
+print(digest, "%d.%d.%d" % sys.version_info[:3], os.getcwd())
+' "$LOCK"
 }
 
 make_environment() {
