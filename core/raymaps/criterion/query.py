@@ -79,21 +79,25 @@ def query(ray_map: RayMap, criterion: Criterion | str | None = None, limit: int 
     bound = bind(Everything() if criterion is None else criterion, ray_map.names)
     n_sources = len(ray_map.names.sources)
     ids: list[NDArray[np.int64]] = []
-    scanned_of_source = np.zeros(n_sources, np.int64)
+    scanned: list[Portion] = []
     found_of_source = np.zeros(n_sources, np.int64)
     for portion, rays in matches(ray_map, bound):
         ids.append(portion.first_ray + rays)
         found_of_source += rays_per_source(portion, n_sources, rays)
-        scanned_of_source += rays_per_source(portion, n_sources)
+        scanned.append(portion)
         if limit is not None and found_of_source.sum() >= limit:
             break
+    whole = len(scanned) == len(ray_map.portions)
+    scanned_of_source = (
+        ray_map.rays_of_source if whole else sum(rays_per_source(portion, n_sources) for portion in scanned)
+    )
     flux_w, stderr_w = estimate_flux(
         ray_map.source_flux_w, scanned_of_source, found_of_source, found_of_source, _decided(bound, n_sources)
     )
     return QueryResult(
         criterion=format_criterion(bound.criterion),
         rays=int(found_of_source.sum()),
-        scanned=int(scanned_of_source.sum()),
+        scanned=sum(portion.n_rays for portion in scanned),
         flux_w=float(flux_w),
         flux_stderr_w=float(stderr_w),
         ids=_frozen(np.concatenate([np.zeros(0, np.int64), *ids])[:limit]),
