@@ -1,0 +1,307 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Scene to flat arrays: everything that the kernels read, and the effects that the scene calls for.
+
+Lengths inside are in *frame units*: the scene moved to its own centre and scaled by a power of two so that it fits a
+cube from -1 to 1. So single precision in Embree loses nothing to a model's place or size, and every distance that the
+tracer calls small is small against the scene.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raymaps.effects import needed_effects
+from raymaps.effects.crossings import detector_axes
+from raymaps.effects.usage import used_surfaces
+from raymaps.errors import SceneError
+from raymaps.geometry import BodyMesh, load_bodies, mesh_digest, winding_number
+from raymaps.kinds import SurfaceKind
+from raymaps.materials import VACUUM, FresnelInterface, Lambertian, Medium, Mirror, Mixture, SurfaceProperty
+from raymaps.names import Names
+from raymaps.scene import DiscSource, FacesSource, Scene
+
+__all__ = ["CompiledScene", "Frame", "Tables", "compile_scene"]
+
+#: Name of the medium outside all bodies where a scene names none.
+VACUUM_NAME = "vacuum"
+
+
+class Frame(NamedTuple):
+    """Where the scene's own coordinates stand: mm = center_mm + unit_mm * coordinates.
+
+    ``grid_mm``, a power of two near a millionth of the scene, is the step to which stored positions are rounded.
+    """
+
+    center_mm: NDArray[np.float64]
+    unit_mm: float
+    grid_mm: float
+
+    def to_units(self, points_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(..., 3) points in mm to frame units."""
+        return (points_mm - self.center_mm) / self.unit_mm
+
+    def to_mm(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(..., 3) points in frame units to mm, not rounded to the grid."""
+        return self.center_mm + self.unit_mm * points
+
+
+class Tables(NamedTuple):
+    """What kernels read. Indices count in the order of `Names`; -1 is none; lengths in frame units."""
+
+    plane: NDArray[np.float64]  # (n_triangles, 4) outward unit normal, and its dot product with the plane's points
+    triangle_face: NDArray[np.int32]  # (n_triangles,)
+    face_body: NDArray[np.int32]  # (n_faces,)
+    face_surface: NDArray[np.int16]  # (n_faces,)
+    face_outside: NDArray[np.int16]  # (n_faces,) medium in front; -1: the surface stands in whatever medium a ray is in
+    face_inside: NDArray[np.int16]  # (n_faces,) medium behind
+    surface_kind: NDArray[np.uint8]  # (n_surfaces,) SurfaceKind
+    reflectance: NDArray[np.float64]  # (n_surfaces, 3 bands)
+    transmittance: NDArray[np.float64]  # (n_surfaces, 3 bands)
+    mixture_start: NDArray[np.int32]  # (n_surfaces + 1,) a mixture's parts are mixture_start[i] : mixture_start[i + 1]
+    mixture_part: NDArray[np.int16]  # surface property of each part
+    mixture_edge: NDArray[np.float64]  # cumulated weight of each part
+    medium_index: NDArray[np.float64]  # (n_media,) refractive index
+    medium_absorption: NDArray[np.float64]  # (n_media, 3 bands) per frame unit
+    detector_center: NDArray[np.float64]  # (n_detectors, 3)
+    detector_axes: NDArray[np.float64]  # (n_detectors, 3 axes, 3) x, y, normal
+    detector_half: NDArray[np.float64]  # (n_detectors, 2) half width and half height
+    box: NDArray[np.float64]  # (2, 3) lower and upper corner of the box that rays leave
+
+
+@dataclass(frozen=True)
+class CompiledScene:
+    """A scene ready to be traced.
+
+    Attributes
+    ----------
+    scene : Scene
+    meshes : tuple of BodyMesh
+    names : Names
+    frame : Frame
+    tables : Tables
+    effects : dict of str to tuple of str
+        Names of the effects that the scene calls for, with the reasons.
+    source_media : tuple of int
+        Medium that each source emits into.
+    scene_hash : str
+        Of everything that decides what happens to a ray: not of names of files, nor of how many rays are asked for.
+    """
+
+    scene: Scene
+    meshes: tuple[BodyMesh, ...]
+    names: Names
+    frame: Frame
+    tables: Tables
+    effects: dict[str, tuple[str, ...]]
+    source_media: tuple[int, ...]
+    scene_hash: str
+
+    @property
+    def corners(self) -> NDArray[np.float64]:
+        """Corners of all triangles in frame units, (n_triangles, 3 corners, 3)."""
+        if not self.meshes:
+            return np.zeros((0, 3, 3))
+        return self.frame.to_units(np.concatenate([mesh.corners_mm for mesh in self.meshes]))
+
+
+def compile_scene(scene: Scene) -> CompiledScene:
+    """Read a scene's geometry, check what can only be checked with it, and lower everything to arrays.
+
+    Raises
+    ------
+    SceneError
+        If geometry can't be used, a surface stands where it can't act, or a source where its light would all be lost.
+    """
+    meshes = load_bodies(scene)
+    media = _media(scene)
+    names = Names(
+        sources=tuple(scene.sources),
+        bodies=tuple(scene.bodies),
+        surfaces=tuple(scene.surfaces),
+        media=tuple(media),
+        detectors=tuple(scene.detectors),
+        faces=tuple((i, face) for i, mesh in enumerate(meshes) for face in mesh.face_names),
+    )
+    _check_interfaces(scene)
+    frame, box = _frame(scene, meshes)
+    outside = _media_outside(scene, meshes, names)
+    tables = _tables(scene, meshes, names, frame, box, outside, tuple(media.values()))
+    source_media = tuple(_medium_of_source(scene, name, meshes, names, outside) for name in scene.sources)
+    for array in tables:
+        array.setflags(write=False)
+    return CompiledScene(
+        scene, meshes, names, frame, tables, needed_effects(scene), source_media, _scene_hash(scene, meshes)
+    )
+
+
+def _media(scene: Scene) -> dict[str, Medium]:
+    media = dict(scene.media)
+    if scene.ambient is None:
+        media.setdefault(VACUUM_NAME, VACUUM)
+        if media[VACUUM_NAME] != VACUUM:
+            raise SceneError(f"Medium '{VACUUM_NAME}' is not vacuum, and the scene names no ambient medium: name one.")
+    return media
+
+
+def _ambient_index(scene: Scene, names: Names) -> int:
+    return names.media.index(VACUUM_NAME if scene.ambient is None else scene.ambient)
+
+
+def _check_interfaces(scene: Scene) -> None:
+    """A Fresnel interface needs a medium behind it."""
+
+    def is_interface(prop: SurfaceProperty) -> bool:
+        if isinstance(prop, Mixture):
+            return any(is_interface(scene.surfaces[part.surface]) for part in prop.parts)
+        return isinstance(prop, FresnelInterface)
+
+    bare = {f"body '{name}'" for name, body in scene.bodies.items() if body.medium is None}
+    bare |= {f"face '{n}.{face}'" for n, b in scene.bodies.items() if b.medium is None for face in b.face_surfaces}
+    for surface, places in used_surfaces(scene).items():
+        where = next((place for place in places if place in bare), None)
+        if where is not None and is_interface(scene.surfaces[surface]):
+            raise SceneError(
+                f"Surface '{surface}' of {where} is a Fresnel interface but the body has no medium: give it one."
+            )
+
+
+def _frame(scene: Scene, meshes: tuple[BodyMesh, ...]) -> tuple[Frame, NDArray[np.float64]]:
+    """The frame, and the box in frame units that rays leave: all there is and a twentieth more on each side."""
+    points = [mesh.vertices_mm[mesh.triangles].reshape(-1, 3) for mesh in meshes]
+    for source in scene.sources.values():
+        if not isinstance(source, FacesSource):
+            points.append(np.array([source.position_mm]))
+        if isinstance(source, DiscSource):
+            points.append(np.array(source.position_mm) + source.radius_mm * np.array([[-1.0], [1.0]]))
+    for detector in scene.detectors.values():
+        x, y, _ = detector_axes(detector)
+        half = np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]]) * (detector.width_mm / 2, detector.height_mm / 2)
+        points.append(np.array(detector.center_mm) + half @ np.stack([x, y]))
+    cloud = np.concatenate(points)
+    low, high = cloud.min(axis=0), cloud.max(axis=0)
+    if not (np.isfinite(low).all() and np.isfinite(high).all() and np.ptp(cloud, axis=0).max() < 1e100):
+        raise SceneError("The scene is larger than 1e100 mm: check its coordinates and mm_per_unit.")
+    size = float((high - low).max())
+    center = (low + high) / 2
+    if size <= 1e-12 * float(np.abs(center).max()):  # a lone point source: any box will do
+        size = max(1.0, 1e-6 * float(np.abs(center).max()))
+    half_box = (high - low) / 2 + 0.05 * size
+    unit_mm = 2.0 ** math.ceil(math.log2(half_box.max()))
+    grid_mm = 2.0 ** math.floor(math.log2(size * 1e-6))
+    frame = Frame(center, unit_mm, grid_mm)
+    return frame, np.stack([-half_box, half_box]) / unit_mm
+
+
+def _media_outside(scene: Scene, meshes: tuple[BodyMesh, ...], names: Names) -> tuple[int, ...]:
+    """Medium around each body: that of the smallest body with a medium that it stands in, else the ambient one."""
+    result = []
+    for i, mesh in enumerate(meshes):
+        point = mesh.corners_mm[np.argmax(~mesh.degenerate)].mean(axis=0)
+        result.append(_medium_at(scene, point, meshes, names, skip=i))
+    return tuple(result)
+
+
+def _medium_at(
+    scene: Scene, point_mm: NDArray[np.float64], meshes: tuple[BodyMesh, ...], names: Names, skip: int | None = None
+) -> int:
+    best, best_volume = _ambient_index(scene, names), math.inf
+    for i, (mesh, body) in enumerate(zip(meshes, scene.bodies.values(), strict=True)):
+        if i == skip or body.medium is None or mesh.volume_mm3 >= best_volume:
+            continue
+        inside_box = ((point_mm >= mesh.vertices_mm.min(axis=0)) & (point_mm <= mesh.vertices_mm.max(axis=0))).all()
+        if inside_box and winding_number(mesh.corners_mm, point_mm) > 0.5:
+            best, best_volume = names.media.index(body.medium), mesh.volume_mm3
+    return best
+
+
+def _medium_of_source(
+    scene: Scene, name: str, meshes: tuple[BodyMesh, ...], names: Names, outside: tuple[int, ...]
+) -> int:
+    source = scene.sources[name]
+    if isinstance(source, FacesSource):
+        body = names.bodies.index(source.body)
+        meshes[body].face_indices(source.faces, f"Source '{name}'")
+        return outside[body]
+    point = np.array(source.position_mm)
+    for mesh, body_ in zip(meshes, scene.bodies.values(), strict=True):
+        surfaces = {body_.surface, *body_.face_surfaces.values()}
+        black = all(scene.surfaces[s].kind == "absorber" for s in surfaces)
+        if body_.medium is None and black and mesh.is_closed and abs(winding_number(mesh.corners_mm, point)) > 0.5:
+            raise SceneError(
+                f"Source '{name}' lies inside body '{mesh.name}', which absorbs all light: move the source out of the "
+                "body, or give the body a medium or another surface."
+            )
+    return _medium_at(scene, point, meshes, names)
+
+
+def _tables(
+    scene: Scene,
+    meshes: tuple[BodyMesh, ...],
+    names: Names,
+    frame: Frame,
+    box: NDArray[np.float64],
+    outside: tuple[int, ...],
+    media: tuple[Medium, ...],
+) -> Tables:
+    plane, triangle_face = [np.zeros((0, 4))], [np.zeros(0, np.int32)]
+    face_body, face_surface, face_outside, face_inside = [], [], [], []
+    for i, (mesh, body) in enumerate(zip(meshes, scene.bodies.values(), strict=True)):
+        with np.errstate(invalid="ignore", divide="ignore"):
+            normal = mesh.area_vectors_mm2 / np.linalg.norm(mesh.area_vectors_mm2, axis=1)[:, None]
+        offset = np.einsum("ij,ij->i", normal, frame.to_units(mesh.corners_mm).mean(axis=1))
+        plane.append(np.column_stack([normal, offset]))
+        triangle_face.append(mesh.triangle_face + np.int32(len(face_body)))
+        for face in mesh.face_names:
+            face_body.append(i)
+            face_surface.append(names.surfaces.index(body.face_surfaces.get(face, body.surface)))
+            face_outside.append(-1 if body.medium is None else outside[i])
+            face_inside.append(-1 if body.medium is None else names.media.index(body.medium))
+
+    kinds, reflectance, transmittance = [], [], []
+    start, parts, edges = [0], [], []
+    for prop in scene.surfaces.values():
+        kinds.append(SurfaceKind[prop.kind.upper()])
+        reflectance.append(prop.reflectance if isinstance(prop, Mirror | Lambertian) else (0.0, 0.0, 0.0))
+        transmittance.append(prop.transmittance if isinstance(prop, Lambertian) else (0.0, 0.0, 0.0))
+        if isinstance(prop, Mixture):
+            weights = np.array([part.weight for part in prop.parts])
+            parts += [names.surfaces.index(part.surface) for part in prop.parts]
+            edges += list(np.cumsum(weights) / weights.sum())
+        start.append(len(parts))
+
+    detectors = tuple(scene.detectors.values())
+    return Tables(
+        plane=np.concatenate(plane),
+        triangle_face=np.concatenate(triangle_face),
+        face_body=np.array(face_body, np.int32),
+        face_surface=np.array(face_surface, np.int16),
+        face_outside=np.array(face_outside, np.int16),
+        face_inside=np.array(face_inside, np.int16),
+        surface_kind=np.array(kinds, np.uint8),
+        reflectance=np.array(reflectance, np.float64).reshape(-1, 3),
+        transmittance=np.array(transmittance, np.float64).reshape(-1, 3),
+        mixture_start=np.array(start, np.int32),
+        mixture_part=np.array(parts, np.int16),
+        mixture_edge=np.array(edges, np.float64),
+        medium_index=np.array([medium.refractive_index for medium in media]),
+        medium_absorption=np.array([medium.absorption_per_mm for medium in media]).reshape(-1, 3) * frame.unit_mm,
+        detector_center=frame.to_units(np.array([d.center_mm for d in detectors]).reshape(-1, 3)),
+        detector_axes=np.array([detector_axes(d) for d in detectors]).reshape(-1, 3, 3),
+        detector_half=np.array([(d.width_mm, d.height_mm) for d in detectors]).reshape(-1, 2) / 2 / frame.unit_mm,
+        box=box,
+    )
+
+
+def _scene_hash(scene: Scene, meshes: tuple[BodyMesh, ...]) -> str:
+    data = scene.model_dump(mode="json", exclude={"origin": True, "name": True, "settings": {"rays", "seed"}})
+    for body in data["bodies"].values():
+        del body["geometry"]
+    text = json.dumps([data, [mesh_digest(mesh) for mesh in meshes]], separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Which surface properties of a scene light can meet, and where."""
+
+from __future__ import annotations
+
+from raymaps.materials import Mixture
+from raymaps.scene import Scene
+
+__all__ = ["faces_of_kind", "used_surfaces"]
+
+
+def used_surfaces(scene: Scene) -> dict[str, list[str]]:
+    """Surface properties that some face has, each with the bodies and faces in words; parts of mixtures not counted."""
+    used: dict[str, list[str]] = {}
+    for name, body in scene.bodies.items():
+        faces = body.geometry.faces
+        overridden = faces is not None and all(face.name in body.face_surfaces for face in faces)
+        if not overridden:
+            used.setdefault(body.surface, []).append(f"body '{name}'")
+        for face, surface in body.face_surfaces.items():
+            used.setdefault(surface, []).append(f"face '{name}.{face}'")
+    return used
+
+
+def faces_of_kind(scene: Scene, kind: str) -> tuple[str, ...]:
+    """Why a scene calls for a kind of surface property: a sentence for each property of that kind in use."""
+    reasons = []
+    for surface, places in used_surfaces(scene).items():
+        prop = scene.surfaces[surface]
+        where = ", ".join(places[:3]) + (f" and {len(places) - 3} more" if len(places) > 3 else "")
+        if prop.kind == kind:
+            reasons.append(f"surface '{surface}' of {where}")
+        elif isinstance(prop, Mixture):
+            reasons += [
+                f"part '{part.surface}' of surface '{surface}' of {where}"
+                for part in prop.parts
+                if scene.surfaces[part.surface].kind == kind and part.weight > 0
+            ]
+    return tuple(reasons)

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""The exceptions of Ray Maps.
+
+    RayMapsError            every error that a user can cause or meet; its text is one clear sentence
+    ├── SceneError          a scene file, its geometry or its optical properties
+    ├── MapError            a Ray Map that is missing, damaged, newer than this program, or of another scene
+    ├── CriterionError      the text of a criterion, or a name in it
+    ├── OutputError         a place that can't be written: exists, read-only, disk full
+    ├── TraceError          the tracer itself gave up
+    └── MissingPackage      an optional package is needed and not installed
+
+    Interrupted             the user stopped a run; what was committed is valid and can be resumed
+
+How a ray ends (a miss, total reflection, a limit) is never an exception.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+__all__ = [
+    "CriterionError",
+    "Interrupted",
+    "MapError",
+    "MissingPackage",
+    "OutputError",
+    "RayMapsError",
+    "SceneError",
+    "TraceError",
+    "unknown_name",
+]
+
+
+class RayMapsError(Exception):
+    """Root of all errors that are told to the user in one sentence."""
+
+
+class SceneError(RayMapsError):
+    """A scene file, its geometry or its optical properties can't be used."""
+
+
+class MapError(RayMapsError):
+    """A Ray Map is missing, damaged, newer than this program, or belongs to another scene."""
+
+
+class CriterionError(RayMapsError):
+    """A criterion can't be read, or names something that the map does not hold."""
+
+
+class OutputError(RayMapsError):
+    """A file or folder can't be written."""
+
+
+class TraceError(RayMapsError):
+    """The tracer can't go on."""
+
+
+class MissingPackage(RayMapsError):
+    """An optional package is needed and not installed."""
+
+    def __init__(self, package: str, extra: str, purpose: str):
+        super().__init__(f"{purpose} needs the package '{package}': install it with  pip install 'raymaps[{extra}]'.")
+
+
+class Interrupted(Exception):
+    """The user stopped a run; all committed portions are valid and the run can be resumed."""
+
+
+def unknown_name(what: str, name: str, known: Iterable[str]) -> str:
+    """One sentence that says which name is unknown and lists the known ones (at most twelve)."""
+    names = list(known)
+    if not names:
+        return f"Unknown {what} '{name}': there is none here."
+    shown = ", ".join(f"'{n}'" for n in names[:12]) + (f" and {len(names) - 12} more" if len(names) > 12 else "")
+    return f"Unknown {what} '{name}'; known: {shown}."

@@ -1,0 +1,262 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Triangles of the bodies, read through trimesh and checked once.
+
+A mesh keeps its triangles in the order of the file, so that CAD faces are runs of triangles.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raymaps.errors import OutputError, SceneError, unknown_name
+from raymaps.scene import Body, Scene
+
+__all__ = ["BodyMesh", "load_bodies", "winding_number", "write_ply"]
+
+FORMATS = (".stl", ".ply", ".obj", ".glb")
+
+
+@dataclass(frozen=True)
+class BodyMesh:
+    """Triangles of one body.
+
+    Attributes
+    ----------
+    name : str
+    vertices_mm : (n_vertices, 3) float64
+    triangles : (n_triangles, 3) int64
+        Vertex indices, counter-clockwise seen from outside.
+    face_names : tuple of str
+    triangle_face : (n_triangles,) int32
+        Index into `face_names`, ascending.
+    """
+
+    name: str
+    vertices_mm: NDArray[np.float64]
+    triangles: NDArray[np.int64]
+    face_names: tuple[str, ...]
+    triangle_face: NDArray[np.int32]
+
+    def __post_init__(self) -> None:
+        for array in (self.vertices_mm, self.triangles, self.triangle_face):
+            array.setflags(write=False)
+
+    @cached_property
+    def corners_mm(self) -> NDArray[np.float64]:
+        """Corners of each triangle, (n_triangles, 3 corners, 3)."""
+        return self.vertices_mm[self.triangles]
+
+    @cached_property
+    def area_vectors_mm2(self) -> NDArray[np.float64]:
+        """Outward normal of each triangle times its area, (n_triangles, 3)."""
+        a, b, c = np.moveaxis(self.corners_mm, 1, 0)
+        return 0.5 * np.cross(b - a, c - a)
+
+    @cached_property
+    def degenerate(self) -> NDArray[np.bool_]:
+        """Triangles without an area that float64 can tell from zero, (n_triangles,). Light can't hit them."""
+        area = np.linalg.norm(self.area_vectors_mm2, axis=1)
+        longest = np.ptp(self.corners_mm, axis=1).max(axis=1)
+        return ~(area > 1e-14 * longest**2)
+
+    @cached_property
+    def volume_mm3(self) -> float:
+        """Signed volume inside the triangles; negative if they are inside out."""
+        origin = self.vertices_mm.mean(axis=0)
+        return float(np.einsum("ij,ij->", self.corners_mm.mean(axis=1) - origin, self.area_vectors_mm2) / 3)
+
+    @cached_property
+    def open_edges(self) -> NDArray[np.int64]:
+        """Triangles (their indices) that have an edge without exactly one opposite partner; empty if closed.
+
+        Vertices that coincide within a ten-millionth of the body's size count as one.
+        """
+        size = float(np.ptp(self.vertices_mm, axis=0).max())
+        grid = np.round((self.vertices_mm - self.vertices_mm.min(axis=0)) / (size * 1e-7)).astype(np.int64)
+        _, merged = np.unique(grid, axis=0, return_inverse=True)
+        corner = merged.reshape(-1)[self.triangles]
+        start, end = corner.reshape(-1), np.roll(corner, -1, axis=1).reshape(-1)
+        real = start != end
+        n = int(merged.max()) + 1
+        forward, backward = start * n + end, end * n + start
+        keys, counts = np.unique(forward[real], return_counts=True)
+
+        def uses(edge: NDArray[np.int64]) -> NDArray[np.int64]:
+            at = np.minimum(np.searchsorted(keys, edge), len(keys) - 1)
+            return np.where(keys[at] == edge, counts[at], 0)
+
+        bad = real & (uses(forward) != uses(backward))
+        return np.unique(np.flatnonzero(bad) // 3)
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether the triangles enclose a volume without gaps."""
+        return not len(self.open_edges)
+
+    def face_indices(self, names: tuple[str, ...] | None, where: str) -> NDArray[np.int64]:
+        """Indices of named faces (all if None); raises `SceneError` for an unknown name."""
+        if names is None:
+            return np.arange(len(self.face_names))
+        what = f"face of body '{self.name}'"
+        for name in names:
+            if name not in self.face_names:
+                raise SceneError(f"{where}: {unknown_name(what, name, self.face_names)}")
+        return np.array([self.face_names.index(name) for name in names], np.int64)
+
+
+def load_bodies(scene: Scene) -> tuple[BodyMesh, ...]:
+    """Read the geometry of all bodies of a scene, in the scene's order.
+
+    Raises
+    ------
+    SceneError
+        If a file is missing, empty or not geometry, has NaN, does not have the faces that the scene counts, or is
+        open or inside out although the body has a medium.
+    """
+    return tuple(_load_body(scene.folder, name, body) for name, body in scene.bodies.items())
+
+
+def _load_body(folder: Path, name: str, body: Body) -> BodyMesh:
+    where = f"Body '{name}', geometry '{body.geometry.file}'"
+    parts = _read_parts(folder / body.geometry.file, where)
+    vertices = np.concatenate([vertices for _, vertices, _ in parts]) * body.geometry.mm_per_unit
+    starts = np.cumsum([0, *(len(vertices) for _, vertices, _ in parts[:-1])])
+    triangles = np.concatenate([faces + start for (_, _, faces), start in zip(parts, starts, strict=True)])
+    if not len(triangles):
+        raise SceneError(f"{where}: it holds no triangles; export the body again.")
+    if triangles.min() < 0 or triangles.max() >= len(vertices):
+        raise SceneError(f"{where}: a triangle names a vertex that does not exist; the file is damaged.")
+    if not np.isfinite(vertices[triangles]).all():
+        raise SceneError(f"{where}: a vertex is not a finite number (NaN or infinite); export the body again.")
+
+    face_names, counts = _face_groups(body, parts, len(triangles), where)
+    triangle_face = np.repeat(np.arange(len(counts), dtype=np.int32), counts)
+    mesh = BodyMesh(name, np.ascontiguousarray(vertices, np.float64), triangles, face_names, triangle_face)
+
+    if mesh.degenerate.all():
+        raise SceneError(f"{where}: none of its {len(triangles)} triangles has an area; check mm_per_unit and the export.")
+    mesh.face_indices(tuple(body.face_surfaces), f"Body '{name}', face_surfaces")
+    if body.medium is not None:
+        _check_solid(mesh, body.medium)
+    return mesh
+
+
+def _check_solid(mesh: BodyMesh, medium: str) -> None:
+    if not mesh.is_closed:
+        faces = sorted({mesh.face_names[mesh.triangle_face[i]] for i in mesh.open_edges})
+        shown = ", ".join(faces[:5]) + (", …" if len(faces) > 5 else "")
+        raise SceneError(
+            f"Body '{mesh.name}' is to hold the medium '{medium}' but its shell is open: {len(mesh.open_edges)} triangles "
+            f"have an edge without a partner (faces {shown}); close the shell or give the body no medium."
+        )
+    if mesh.volume_mm3 < 0:
+        raise SceneError(
+            f"Body '{mesh.name}' is to hold the medium '{medium}' but is inside out (its volume is "
+            f"{mesh.volume_mm3:.4g} mm³); flip its triangles."
+        )
+
+
+def _read_parts(path: Path, where: str) -> list[tuple[str, NDArray[np.float64], NDArray[np.int64]]]:
+    """(name, vertices, triangles) of each sub-mesh of a file, in the order of the file."""
+    import trimesh
+
+    if path.suffix.lower() not in FORMATS:
+        raise SceneError(f"{where}: '{path.suffix}' is not a geometry format that is read; use {', '.join(FORMATS)}.")
+    if not path.is_file():
+        raise SceneError(f"{where}: there is no file '{path}'.")
+    try:
+        loaded = trimesh.load_scene(path, process=False)
+        meshes = loaded.dump(concatenate=False)
+    except Exception as error:  # trimesh's readers raise whatever they stumble over
+        raise SceneError(f"{where}: the file is damaged or not {path.suffix[1:].upper()} ({_one_line(error)}).") from error
+    parts = []
+    for mesh in meshes if isinstance(meshes, list) else [meshes]:
+        if isinstance(mesh, trimesh.Trimesh):
+            name = str(mesh.metadata.get("name") or "")
+            parts.append((name, np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)))
+    if not parts:
+        raise SceneError(f"{where}: it holds no triangles; export the body again.")
+    return parts
+
+
+def _face_groups(
+    body: Body, parts: list[tuple[str, NDArray[np.float64], NDArray[np.int64]]], n_triangles: int, where: str
+) -> tuple[tuple[str, ...], list[int]]:
+    """Names of the faces and their numbers of triangles."""
+    groups = body.geometry.faces
+    if groups is None:
+        names = [name or f"Face{i}" for i, (name, _, _) in enumerate(parts, 1)] if len(parts) > 1 else ["Face1"]
+        if len(set(names)) < len(names):
+            names = [f"Face{i}" for i in range(1, len(parts) + 1)]
+        return tuple(names), [len(faces) for _, _, faces in parts]
+    counts = [group.triangles for group in groups]
+    if sum(counts) != n_triangles:
+        raise SceneError(
+            f"{where}: the faces of the scene count {sum(counts)} triangles, the file holds {n_triangles}; export again."
+        )
+    if len({group.name for group in groups}) < len(groups):
+        raise SceneError(f"{where}: two faces have the same name; names of faces must differ.")
+    return tuple(group.name for group in groups), counts
+
+
+def winding_number(corners: NDArray[np.float64], point: NDArray[np.float64]) -> float:
+    """How often triangles wind around a point: 1 inside a closed outward mesh, 0 outside.
+
+    Parameters
+    ----------
+    corners : (n_triangles, 3 corners, 3) float64
+    point : (3,) float64, in the same unit
+
+    Returns
+    -------
+    float; 0.5 on a flat face.
+
+    References
+    ----------
+    A. Van Oosterom, J. Strackee: The solid angle of a plane triangle, IEEE Trans. Biomed. Eng. 30 (1983), eq. 8.
+    """
+    a, b, c = np.moveaxis(corners - point, 1, 0)
+    la, lb, lc = (np.linalg.norm(x, axis=1) for x in (a, b, c))
+    numerator = np.einsum("ij,ij->i", a, np.cross(b, c))
+    denominator = (
+        la * lb * lc
+        + np.einsum("ij,ij->i", a, b) * lc
+        + np.einsum("ij,ij->i", b, c) * la
+        + np.einsum("ij,ij->i", c, a) * lb
+    )
+    return float(2 * np.arctan2(numerator, denominator).sum() / (4 * np.pi))
+
+
+def write_ply(path: Path, mesh: BodyMesh) -> None:
+    """Write a mesh as binary PLY with float64 vertices in mm, its triangles in their order."""
+    header = (
+        "ply\nformat binary_little_endian 1.0\n"
+        f"element vertex {len(mesh.vertices_mm)}\nproperty double x\nproperty double y\nproperty double z\n"
+        f"element face {len(mesh.triangles)}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    faces = np.empty(len(mesh.triangles), np.dtype([("n", "u1"), ("v", "<i4", 3)]))
+    faces["n"], faces["v"] = 3, mesh.triangles
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(header.encode() + mesh.vertices_mm.astype("<f8").tobytes() + faces.tobytes())
+    except OSError as error:
+        raise OutputError(f"Geometry '{path}' can't be written: {error.strerror}.") from error
+
+
+def mesh_digest(mesh: BodyMesh) -> str:
+    """Hash of a mesh's corners and faces: the same for equal triangles, however the file shares its vertices."""
+    digest = hashlib.sha256(repr(mesh.face_names).encode())
+    digest.update(np.ascontiguousarray(mesh.corners_mm, "<f8").tobytes())
+    digest.update(np.ascontiguousarray(mesh.triangle_face, "<i4").tobytes())
+    return digest.hexdigest()
+
+
+def _one_line(error: Exception) -> str:
+    text = " ".join(str(error).split()) or type(error).__name__
+    return text if len(text) <= 100 else text[:99] + "…"

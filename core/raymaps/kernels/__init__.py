@@ -1,0 +1,6 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Compiled loops over the rays of a portion, one file a stage. They know arrays only: no files, no scene.
+
+Every stage runs over the same *wave* (see `raymaps.trace.Wave`) and the same tables (`raymaps.compile.Tables`).
+A stage of an effect has one function, `run(active, wave, tables, key, depth)`.
+"""

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Directions drawn around an axis."""
+
+from __future__ import annotations
+
+import math
+
+from raymaps.kernels.options import inlined
+
+__all__ = ["around", "lambertian"]
+
+
+@inlined
+def around(x, y, z, cos_theta, azimuth):
+    """Unit vector at a polar angle and an azimuth around the unit vector (x, y, z).
+
+    References
+    ----------
+    T. Duff et al.: Building an Orthonormal Basis, Revisited, JCGT 6 (2017), listing 3.
+    """
+    sign = math.copysign(1.0, z)
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    sin_theta = math.sqrt(max(0.0, 1.0 - cos_theta * cos_theta))
+    p, q = sin_theta * math.cos(azimuth), sin_theta * math.sin(azimuth)
+    return (
+        p * (1.0 + sign * x * x * a) + q * b + cos_theta * x,
+        p * sign * b + q * (sign + y * y * a) + cos_theta * y,
+        -p * sign * x - q * y + cos_theta * z,
+    )
+
+
+@inlined
+def lambertian(x, y, z, u, v):
+    """Unit vector with density cos(theta) / pi around the unit vector (x, y, z): sin²(theta) = u, azimuth = 2 pi v."""
+    return around(x, y, z, math.sqrt(1.0 - u), 2.0 * math.pi * v)

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Specular reflection."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from raymaps.kernels.options import inlined, kernel
+from raymaps.kernels.outcome import draw_outcome
+from raymaps.kernels.random import ON_SURFACE, uniforms
+from raymaps.kernels.transport import PENDING
+from raymaps.kinds import EventKind, SurfaceKind
+
+_HERE = int(SurfaceKind.MIRROR)
+_REFLECTION = int(EventKind.SPECULAR_REFLECTION)
+_ABSORPTION = int(EventKind.ABSORPTION)
+
+
+@inlined
+def reflect(wave, i, plane):
+    """Turn the direction of ray i around a plane's normal, and renormalise it."""
+    dx, dy, dz = wave.direction[i, 0], wave.direction[i, 1], wave.direction[i, 2]
+    twice = 2.0 * (dx * plane[0] + dy * plane[1] + dz * plane[2])
+    dx, dy, dz = dx - twice * plane[0], dy - twice * plane[1], dz - twice * plane[2]
+    length = math.sqrt(dx * dx + dy * dy + dz * dz)
+    wave.direction[i, 0], wave.direction[i, 1], wave.direction[i, 2] = dx / length, dy / length, dz / length
+
+
+@kernel
+def run(active, wave, tables, key, depth):
+    """Reflect every ray that meets a mirror, or absorb it."""
+    for k in range(len(active)):
+        i = active[k]
+        surface = wave.surface[i]
+        if wave.state[i] != PENDING or tables.surface_kind[surface] != _HERE:
+            continue
+        _, u, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), depth, ON_SURFACE)
+        outcome = draw_outcome(
+            wave.light[i], tables.reflectance[surface], tables.transmittance[surface], key.roulette_threshold, u
+        )
+        if outcome < 0:
+            wave.state[i] = _ABSORPTION
+            continue
+        wave.state[i] = _REFLECTION
+        wave.side[i] = wave.near_side[i]
+        reflect(wave, i, tables.plane[wave.hit[i]])

@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Mixtures: draw which part of the property a ray meets."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from raymaps.kernels.options import kernel
+from raymaps.kernels.random import ON_SURFACE, uniforms
+from raymaps.kernels.transport import PENDING
+from raymaps.kinds import SurfaceKind
+
+_HERE = int(SurfaceKind.MIXTURE)
+
+
+@kernel
+def run(active, wave, tables, key, depth):
+    """Replace a mixture by one of its parts for every ray that meets one."""
+    for k in range(len(active)):
+        i = active[k]
+        surface = wave.surface[i]
+        if wave.state[i] != PENDING or tables.surface_kind[surface] != _HERE:
+            continue
+        u, _, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), depth, ON_SURFACE)
+        part, last = tables.mixture_start[surface], tables.mixture_start[surface + 1] - 1
+        while part < last and u >= tables.mixture_edge[part]:
+            part += 1
+        wave.surface[i] = tables.mixture_part[part]

@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Ray Maps on disk: portions are written while the tracer runs, and read column by column. Knows no optics."""
+
+from raymaps.names import Names
+from raymaps.store.portion import LedgerEntry, Portion, PortionSummary
+from raymaps.store.raymap import MapWriter, Manifest, RayMap
+from raymaps.store.signatures import NONE, SignatureTable
+
+__all__ = [
+    "NONE",
+    "LedgerEntry",
+    "Manifest",
+    "MapWriter",
+    "Names",
+    "Portion",
+    "PortionSummary",
+    "RayMap",
+    "SignatureTable",
+]

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Compiled loops of the store: number the distinct signatures of a portion, and hash its rays.
+
+A signature is a path through a trie: the root, the source, then a node a step. Rays that share a beginning share
+its nodes, so finding a ray's signature is a look-up a step.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+__all__ = ["hash_rays", "number_signatures"]
+
+_compile = numba.njit(nogil=True, cache=True, error_model="numpy")
+_GOLDEN = np.uint64(0x9E3779B97F4A7C15)
+_MIX_1, _MIX_2 = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
+
+
+@_compile
+def _mix(value):
+    """Spread a 64-bit value over 64 bits (finaliser of splitmix64, G. Steele et al., OOPSLA 2014, figure 16)."""
+    value = (value ^ (value >> np.uint64(30))) * _MIX_1
+    value = (value ^ (value >> np.uint64(27))) * _MIX_2
+    return value ^ (value >> np.uint64(31))
+
+
+@_compile
+def number_signatures(source, n_sources, event_offsets, event_code, crossing_row, crossing_code):
+    """Number the distinct sequences of codes among the rays, in the order in which they first appear.
+
+    Parameters
+    ----------
+    source : (n_rays,) int16
+    n_sources : int
+    event_offsets : (n_rays + 1,) int64
+    event_code : (n_events,) int64
+    crossing_row : (n_crossings,) int64, ascending
+        Event after which each crossing comes.
+    crossing_code : (n_crossings,) int64
+
+    Returns
+    -------
+    ray_signature : (n_rays,) uint32
+    signature_source : (n_signatures,) int16
+    offsets : (n_signatures + 1,) int64
+    codes : (n_steps,) int64
+    """
+    capacity = 1 + n_sources + len(event_code) + len(crossing_code)
+    n_slots = 2
+    while n_slots < 2 * capacity:
+        n_slots *= 2
+    slots = np.zeros(n_slots, np.int32)  # node in each slot of the hash table, 0 none
+    parent = np.zeros(capacity, np.int32)
+    code = np.zeros(capacity, np.int64)
+    signature_of_node = np.full(capacity, -1, np.int64)
+    n_nodes = 1 + n_sources  # the root, then a node a source
+
+    n_rays = len(source)
+    ray_signature = np.empty(n_rays, np.uint32)
+    last_node = np.empty(n_rays, np.int32)  # of each signature
+    n_steps = np.empty(n_rays, np.int64)
+    n_signatures = 0
+    crossing = 0
+    for ray in range(n_rays):
+        node = 1 + source[ray]
+        steps = 0
+        for row in range(event_offsets[ray], event_offsets[ray + 1]):
+            crossings_here = 0
+            while crossing + crossings_here < len(crossing_row) and crossing_row[crossing + crossings_here] == row:
+                crossings_here += 1
+            for k in range(1 + crossings_here):
+                step = event_code[row] if k == 0 else crossing_code[crossing + k - 1]
+                key = _mix(np.uint64(step) + np.uint64(node) * _GOLDEN)
+                slot = np.int64(key & np.uint64(n_slots - 1))
+                while slots[slot] != 0 and (parent[slots[slot]] != node or code[slots[slot]] != step):
+                    slot = (slot + 1) & (n_slots - 1)
+                if slots[slot] == 0:
+                    slots[slot] = n_nodes
+                    parent[n_nodes] = node
+                    code[n_nodes] = step
+                    n_nodes += 1
+                node = slots[slot]
+                steps += 1
+            crossing += crossings_here
+        if signature_of_node[node] < 0:
+            signature_of_node[node] = n_signatures
+            last_node[n_signatures] = node
+            n_steps[n_signatures] = steps
+            n_signatures += 1
+        ray_signature[ray] = signature_of_node[node]
+
+    offsets = np.zeros(n_signatures + 1, np.int64)
+    for s in range(n_signatures):
+        offsets[s + 1] = offsets[s] + n_steps[s]
+    codes = np.empty(offsets[n_signatures], np.int64)
+    signature_source = np.empty(n_signatures, np.int16)
+    for s in range(n_signatures):
+        node = last_node[s]
+        for at in range(offsets[s + 1] - 1, offsets[s] - 1, -1):
+            codes[at] = code[node]
+            node = parent[node]
+        signature_source[s] = node - 1
+    return ray_signature, signature_source, offsets, codes
+
+
+@_compile
+def hash_rays(first_ray, source, event_offsets, event_code, triangle, position_bits, light_bits, crossing_row,
+              crossing_code, crossing_bits):  # fmt: skip
+    """Sum over the rays of a 64-bit hash of each ray's whole history, twice: a 128-bit hash of a set of rays.
+
+    The sum does not depend on the order of the rays or on how they are split into portions.
+
+    Parameters
+    ----------
+    first_ray : int
+    source, event_offsets, event_code, crossing_row, crossing_code : see `number_signatures`
+    triangle : (n_events,) int32
+    position_bits : (n_events, 3) unsigned view of the positions
+    light_bits : (n_events, 3) uint32 view of the light
+    crossing_bits : (n_crossings, 3) uint32 view of x, y and angle
+
+    Returns
+    -------
+    two uint64
+    """
+    low, high = np.uint64(0), np.uint64(0)
+    crossing = 0
+    for ray in range(len(source)):
+        h = _mix(np.uint64(first_ray + ray) + np.uint64(source[ray]) * _GOLDEN)
+        for row in range(event_offsets[ray], event_offsets[ray + 1]):
+            h = _mix(h ^ np.uint64(event_code[row]))
+            h = _mix(h + np.uint64(triangle[row] + 1) * _GOLDEN)
+            for axis in range(3):
+                h = _mix(h ^ (np.uint64(position_bits[row, axis]) + _GOLDEN))
+            h = _mix(h ^ (np.uint64(light_bits[row, 0]) | (np.uint64(light_bits[row, 1]) << np.uint64(32))))
+            h = _mix(h ^ np.uint64(light_bits[row, 2]))
+            while crossing < len(crossing_row) and crossing_row[crossing] == row:
+                h = _mix(h ^ np.uint64(crossing_code[crossing]))
+                for value in range(3):
+                    h = _mix(h ^ np.uint64(crossing_bits[crossing, value]))
+                crossing += 1
+        low += h
+        high += _mix(h ^ _GOLDEN)
+    return low, high

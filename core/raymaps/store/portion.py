@@ -1,0 +1,378 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""A portion on disk: written once, made visible by one rename, read column by column as asked for."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raymaps.errors import MapError
+from raymaps.kinds import KILL_REASONS, EventKind
+from raymaps.names import Names
+from raymaps.store.columns import COLUMNS, REMEDY, read_columns, write_columns
+from raymaps.store.numbering import hash_rays, number_signatures
+from raymaps.store.signatures import NONE, SignatureTable
+
+__all__ = ["History", "LedgerEntry", "Portion", "PortionSummary", "write_portion"]
+
+SUMMARY_FILE = "portion.json"
+
+
+class History(Protocol):
+    """What a portion is written from: histories of consecutive rays (see `raymaps.trace.TracedPortion`)."""
+
+    first_ray: int
+    source: NDArray[np.int16]
+    event_offsets: NDArray[np.int64]
+    kind: NDArray[np.uint8]
+    triangle: NDArray[np.int32]
+    medium: NDArray[np.int16]
+    position_mm: NDArray[np.floating]
+    light: NDArray[np.float32]
+    crossing_row: NDArray[np.int64]
+    crossing_detector: NDArray[np.int16]
+    crossing_xy_mm: NDArray[np.float32]
+    crossing_angle_rad: NDArray[np.float32]
+    crossing_registered: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class LedgerEntry:
+    """Light of a source's rays that ended in one way, as a sum of their relative light.
+
+    ``what`` is "body" or "medium" (absorbed; ``index`` says by which), "escaped", or "killed" (``index`` is the
+    `EventKind`).
+    """
+
+    source: int
+    what: str
+    index: int
+    light: float
+
+
+@dataclass(frozen=True)
+class PortionSummary:
+    """What is known of a portion without opening its columns; stored as ``portion.json``."""
+
+    first_ray: int
+    n_rays: int
+    n_events: int
+    n_crossings: int
+    n_signatures: int
+    rays_of_source: tuple[int, ...]
+    content: tuple[int, int]
+    ledger: tuple[LedgerEntry, ...]
+    file_bytes: dict[str, int]
+
+    def to_json(self) -> str:
+        """As text."""
+        data = {**self.__dict__, "content": [f"{word:016x}" for word in self.content]}
+        return json.dumps({**data, "ledger": [entry.__dict__ for entry in self.ledger]})
+
+    @classmethod
+    def from_json(cls, text: str) -> PortionSummary:
+        """From text; raises `KeyError`, `TypeError` or `ValueError` if it is damaged."""
+        data = json.loads(text)
+        return cls(
+            int(data["first_ray"]), int(data["n_rays"]), int(data["n_events"]), int(data["n_crossings"]),
+            int(data["n_signatures"]), tuple(int(n) for n in data["rays_of_source"]),
+            (int(data["content"][0], 16), int(data["content"][1], 16)),
+            tuple(LedgerEntry(int(e["source"]), str(e["what"]), int(e["index"]), float(e["light"])) for e in data["ledger"]),
+            {str(name): int(size) for name, size in data["file_bytes"].items()},
+        )  # fmt: skip
+
+
+# Codes of steps: kind, registered, medium + 1 and face (or detector) + 1 in one word of 64 bits.
+
+
+def _step_code(kind: Any, index: Any, medium: Any, registered: Any) -> NDArray[np.int64]:
+    wide = [np.asarray(part).astype(np.int64) for part in (kind, index, medium, registered)]
+    return wide[0] | (wide[3] << 8) | ((wide[2] + 1) << 16) | ((wide[1] + 1) << 32)
+
+
+def _signature_table(
+    codes: NDArray[np.int64], offsets: NDArray[np.int64], sources: NDArray[np.int16], face_body: NDArray[np.int32],
+    face_surface: NDArray[np.int16],
+) -> SignatureTable:  # fmt: skip
+    """Steps as columns."""
+    kind = (codes & 0xFF).astype(np.uint8)
+    index = ((codes >> 32) - 1).astype(np.int32)
+    is_crossing = kind == EventKind.CROSSING
+    face = np.where(is_crossing, NONE, index).astype(np.int32)
+    on_face = face >= 0
+    source = np.full(len(codes), NONE, np.int16)
+    source[offsets[:-1]] = sources
+    return SignatureTable(
+        offsets=offsets,
+        kind=kind,
+        source=source,
+        body=np.where(on_face, np.append(face_body, NONE)[face], NONE).astype(np.int32),
+        face=face,
+        surface=np.where(on_face, np.append(face_surface, NONE)[face], NONE).astype(np.int16),
+        medium=(((codes >> 16) & 0xFFFF) - 1).astype(np.int16),
+        detector=np.where(is_crossing, index, NONE).astype(np.int16),
+        registered=np.where(is_crossing, (codes >> 8) & 1, NONE).astype(np.int8),
+    )
+
+
+def write_portion(
+    folder: Path, history: History, n_sources: int, triangle_face: NDArray[np.int32], face_body: NDArray[np.int32],
+    face_surface: NDArray[np.int16],
+) -> PortionSummary:  # fmt: skip
+    """Write a portion beside its place and move it there by one rename.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of all portions; the new one is named by its first ray.
+    history : History
+    n_sources : int
+    triangle_face : (n_triangles,) int32
+    face_body, face_surface : (n_faces,) int
+        Body and surface property of each face.
+
+    Raises
+    ------
+    OSError
+        If it can't be written; then nothing of it is left.
+    """
+    n_rays = len(history.source)
+    face = np.where(history.triangle >= 0, np.append(triangle_face, NONE)[history.triangle], NONE)
+    event_code = _step_code(history.kind, face, history.medium, np.zeros(len(face)))
+    crossing_code = _step_code(
+        np.full(len(history.crossing_row), EventKind.CROSSING), history.crossing_detector,
+        np.full(len(history.crossing_row), NONE), history.crossing_registered,
+    )  # fmt: skip
+    signature, source, offsets, codes = number_signatures(
+        history.source, n_sources, history.event_offsets, event_code, history.crossing_row, crossing_code
+    )
+    table = _signature_table(codes, offsets, source, face_body, face_surface)
+    ray = history.first_ray + np.arange(n_rays)
+    ray_of_event = np.repeat(ray, np.diff(history.event_offsets))
+    ray_of_crossing = ray_of_event[history.crossing_row]
+    position, light = history.position_mm, history.light
+    files: dict[str, dict[str, NDArray[Any]]] = {
+        "rays": {"ray": ray, "signature": signature},
+        "signatures": {
+            "signature": np.repeat(np.arange(len(table)), np.diff(offsets)),
+            **{name: getattr(table, name) for name in COLUMNS["signatures"] if name != "signature"},
+        },
+        "events": {
+            "ray": ray_of_event, "triangle": history.triangle,
+            "x_mm": position[:, 0], "y_mm": position[:, 1], "z_mm": position[:, 2],
+            "r": light[:, 0], "g": light[:, 1], "b": light[:, 2],
+        },
+        "crossings": {
+            "ray": ray_of_crossing,
+            "event": history.crossing_row - history.event_offsets[ray_of_crossing - history.first_ray],
+            "detector": history.crossing_detector,
+            "x_mm": history.crossing_xy_mm[:, 0], "y_mm": history.crossing_xy_mm[:, 1],
+            "angle_rad": history.crossing_angle_rad,
+        },
+    }  # fmt: skip
+    content = hash_rays(
+        history.first_ray, history.source, history.event_offsets, event_code, history.triangle, _bits(position),
+        _bits(light), history.crossing_row, crossing_code,
+        _bits(np.column_stack([history.crossing_xy_mm, history.crossing_angle_rad])),
+    )  # fmt: skip
+    name = f"{history.first_ray:012d}"
+    making = folder / f".making-{name}-{os.getpid()}"
+    try:
+        making.mkdir()
+        for file, columns in files.items():
+            write_columns(making / f"{file}.parquet", file, columns)
+        summary = PortionSummary(
+            history.first_ray, n_rays, len(face), len(crossing_code), len(table),
+            tuple(int(n) for n in np.bincount(history.source, minlength=n_sources)),
+            (int(content[0]), int(content[1])),
+            _ledger(history, face, face_body),
+            {path.name: path.stat().st_size for path in sorted(making.iterdir())},
+        )  # fmt: skip
+        (making / SUMMARY_FILE).write_text(summary.to_json(), encoding="utf-8")
+        making.rename(folder / name)
+    except BaseException:
+        shutil.rmtree(making, ignore_errors=True)
+        raise
+    return summary
+
+
+def _bits(values: NDArray[np.floating]) -> NDArray[Any]:
+    values = np.ascontiguousarray(values)
+    return values.view(f"u{values.itemsize}")
+
+
+def _ledger(history: History, face: NDArray[np.int32], face_body: NDArray[np.int32]) -> tuple[LedgerEntry, ...]:
+    """Where each source's light went, summed over the portion's rays."""
+    kind = history.kind
+    source = np.repeat(history.source, np.diff(history.event_offsets))
+    after = history.light.astype(np.float64).sum(axis=1)
+    before = np.concatenate([[0.0], after[:-1]])
+    lost = np.where(kind == EventKind.EMISSION, 0.0, before - after)
+    entries: list[LedgerEntry] = []
+
+    def add(what: str, index: NDArray[np.integer], light: NDArray[np.float64], selected: NDArray[np.bool_]) -> None:
+        if not selected.any():
+            return
+        n = int(index[selected].max()) + 1
+        sums = np.bincount(source[selected].astype(np.int64) * n + index[selected], light[selected])
+        entries.extend(LedgerEntry(int(key // n), what, int(key % n), float(sums[key])) for key in np.flatnonzero(sums))
+
+    in_medium = kind == EventKind.MEDIUM_ABSORPTION
+    left = kind == EventKind.LEFT
+    killed = np.isin(kind, list(KILL_REASONS))
+    body = np.append(face_body, NONE)[face]
+    add("body", body, lost, (body >= 0) & ~in_medium & ~left & ~killed)
+    add("medium", history.medium, lost, in_medium)
+    add("escaped", np.zeros(len(kind), np.int64), after, left)
+    add("killed", kind, after, killed)
+    return tuple(entries)
+
+
+class Portion:
+    """A portion of a map; columns are read when first asked for, kept, and read-only.
+
+    Parameters
+    ----------
+    folder : Path
+    names : Names
+    summary : PortionSummary
+    """
+
+    def __init__(self, folder: Path, names: Names, summary: PortionSummary):
+        self.folder = folder
+        self.names = names
+        self.summary = summary
+        self.first_ray = summary.first_ray
+        self.n_rays = summary.n_rays
+        self.n_events = summary.n_events
+        self.n_crossings = summary.n_crossings
+
+    @classmethod
+    def open(cls, folder: Path, names: Names) -> Portion:
+        """Read a portion's summary and see that its files have their sizes; raises `MapError`."""
+        try:
+            summary = PortionSummary.from_json((folder / SUMMARY_FILE).read_text(encoding="utf-8"))
+        except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
+            raise MapError(f"Ray Map portion '{folder}' has no readable {SUMMARY_FILE}; {REMEDY}.") from error
+        for name, size in summary.file_bytes.items():
+            try:
+                found = (folder / name).stat().st_size
+            except OSError:
+                raise MapError(f"Ray Map file '{folder / name}' is missing; {REMEDY}.") from None
+            if found != size:
+                raise MapError(f"Ray Map file '{folder / name}' has {found} bytes in place of {size}; {REMEDY}.")
+        return cls(folder, names, summary)
+
+    def _read(self, table: str, *names: str) -> dict[str, NDArray[Any]]:
+        return read_columns(self.folder / f"{table}.parquet", table, names or None)
+
+    @cached_property
+    def signatures(self) -> SignatureTable:
+        """Signatures of this portion."""
+        columns = self._read("signatures")
+        counts = np.bincount(columns.pop("signature"), minlength=self.summary.n_signatures)
+        return SignatureTable(offsets=np.concatenate([[0], np.cumsum(counts)]), **columns)
+
+    @cached_property
+    def ray_signature(self) -> NDArray[np.uint32]:
+        """Signature of each ray, (n_rays,)."""
+        return self._read("rays", "signature")["signature"]
+
+    @cached_property
+    def event_offsets(self) -> NDArray[np.int64]:
+        """Ray i's events are the rows ``event_offsets[i]`` to ``event_offsets[i + 1] - 1``, (n_rays + 1,)."""
+        return np.concatenate([[0], np.cumsum(self.signatures.n_events[self.ray_signature])])
+
+    @cached_property
+    def event_step(self) -> NDArray[np.int64]:
+        """Row in `signatures` of each event, (n_events,): its kind, face, medium and so on."""
+        table = self.signatures
+        steps = np.flatnonzero(table.kind != EventKind.CROSSING)  # of all signatures, one after the other
+        first = np.concatenate([[0], np.cumsum(table.n_events)])[self.ray_signature]
+        within = np.arange(self.n_events) - np.repeat(self.event_offsets[:-1], np.diff(self.event_offsets))
+        return steps[np.repeat(first, np.diff(self.event_offsets)) + within]
+
+    @cached_property
+    def triangle(self) -> NDArray[np.int32]:
+        """Triangle of each event among those of all bodies, (n_events,); -1 none."""
+        return self._read("events", "triangle")["triangle"]
+
+    @cached_property
+    def position_mm(self) -> NDArray[np.floating]:
+        """Place of each event, (n_events, 3)."""
+        columns = self._read("events", "x_mm", "y_mm", "z_mm")
+        return _read_only(np.stack(list(columns.values()), axis=1))
+
+    @cached_property
+    def light(self) -> NDArray[np.float32]:
+        """Light after each event relative to the ray's emission, (n_events, 3 bands)."""
+        return _read_only(np.stack(list(self._read("events", "r", "g", "b").values()), axis=1))
+
+    @cached_property
+    def _crossings(self) -> dict[str, NDArray[Any]]:
+        return self._read("crossings")
+
+    @cached_property
+    def crossing_ray(self) -> NDArray[np.int64]:
+        """Ray of each crossing, counted within the portion, (n_crossings,)."""
+        return _read_only(self._crossings["ray"] - self.first_ray)
+
+    @cached_property
+    def crossing_row(self) -> NDArray[np.int64]:
+        """Row of the event that starts each crossing segment, (n_crossings,)."""
+        return _read_only(self.event_offsets[self.crossing_ray] + self._crossings["event"])
+
+    @property
+    def crossing_detector(self) -> NDArray[np.int16]:
+        """Detector of each crossing, (n_crossings,)."""
+        return self._crossings["detector"]
+
+    @cached_property
+    def crossing_xy_mm(self) -> NDArray[np.float32]:
+        """Place of each crossing in the detector's axes, (n_crossings, 2)."""
+        return _read_only(np.stack([self._crossings["x_mm"], self._crossings["y_mm"]], axis=1))
+
+    @property
+    def crossing_angle_rad(self) -> NDArray[np.float32]:
+        """Angle of each crossing, 0 head-on at the front to pi head-on from behind, (n_crossings,)."""
+        return self._crossings["angle_rad"]
+
+    @cached_property
+    def crossing_registered(self) -> NDArray[np.bool_]:
+        """Whether the detector's own side and angle accept each crossing, (n_crossings,)."""
+        table = self.signatures
+        is_crossing = table.kind == EventKind.CROSSING
+        per_signature = np.add.reduceat(is_crossing.astype(np.int64), table.offsets[:-1])
+        steps = np.flatnonzero(is_crossing)
+        first = np.concatenate([[0], np.cumsum(per_signature)])[self.ray_signature]
+        start = np.concatenate([[0], np.cumsum(per_signature[self.ray_signature])])[:-1]
+        within = np.arange(self.n_crossings) - start[self.crossing_ray]
+        return _read_only(table.registered[steps[first[self.crossing_ray] + within]] == 1)
+
+    def content(self) -> tuple[int, int]:
+        """Hash of the portion's rays, computed from what is stored now; compare with ``summary.content``."""
+        table = self.signatures
+        step = self.event_step
+        zero = np.zeros(self.n_events)
+        low, high = hash_rays(
+            self.first_ray, table.ray_source[self.ray_signature], self.event_offsets,
+            _step_code(table.kind[step], table.face[step], table.medium[step], zero), self.triangle,
+            _bits(self.position_mm), _bits(self.light), self.crossing_row,
+            _step_code(np.full(self.n_crossings, EventKind.CROSSING), self.crossing_detector,
+                       np.full(self.n_crossings, NONE), self.crossing_registered),
+            _bits(np.column_stack([self.crossing_xy_mm, self.crossing_angle_rad])),
+        )  # fmt: skip
+        return int(low), int(high)
+
+
+def _read_only(array: NDArray[Any]) -> NDArray[Any]:
+    array.setflags(write=False)
+    return array

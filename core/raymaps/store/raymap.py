@@ -1,0 +1,289 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""A Ray Map on disk: a folder with a manifest, the scene as it was simulated, and portions."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import shutil
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raymaps.errors import MapError, OutputError
+from raymaps.geometry import BodyMesh, load_bodies, write_ply
+from raymaps.names import Names
+from raymaps.scene import FaceGroup, Geometry, Scene, load_scene
+from raymaps.store.portion import History, Portion, PortionSummary, write_portion
+
+__all__ = ["MAP_FORMAT", "MAP_VERSION", "Manifest", "MapWriter", "RayMap"]
+
+MAP_FORMAT = "raymaps-map"
+MAP_VERSION = 1
+MANIFEST_FILE, SCENE_FILE, PORTIONS_FOLDER = "manifest.json", "scene.json", "portions"
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """What holds for a whole map; stored as ``manifest.json``.
+
+    Attributes
+    ----------
+    seed : int
+    scene_hash : str
+    names : Names
+    rays_asked : int
+        Number of rays that the simulation was asked for; fewer are present if it was interrupted.
+    portion_rays : int
+        Rays of a portion, as a run that goes on should make them.
+    grid_mm : float
+        Positions of events are multiples of it.
+    program : str
+        Version of Ray Maps that made the map.
+    """
+
+    seed: int
+    scene_hash: str
+    names: Names
+    rays_asked: int
+    portion_rays: int
+    grid_mm: float
+    program: str
+
+    def to_json(self) -> str:
+        """As text."""
+        data = {**self.__dict__, "names": self.names.to_dict()}
+        return json.dumps({"format": MAP_FORMAT, "version": MAP_VERSION, **data}, indent=1, ensure_ascii=False)
+
+    @classmethod
+    def read(cls, folder: Path) -> Manifest:
+        """Read a map's manifest; raises `MapError`."""
+        path = folder / MANIFEST_FILE
+        if not folder.exists():
+            raise MapError(f"Ray Map '{folder}': there is no such folder.")
+        try:
+            data = json.loads(path.read_text(encoding="utf-8"))
+            if data["format"] != MAP_FORMAT:
+                raise ValueError("another format")
+            if data["version"] > MAP_VERSION:
+                raise MapError(
+                    f"Ray Map '{folder}' has version {data['version']}, this program reads up to version {MAP_VERSION}: "
+                    "update Ray Maps."
+                )
+            return cls(
+                int(data["seed"]), str(data["scene_hash"]), Names.from_dict(data["names"]), int(data["rays_asked"]),
+                int(data["portion_rays"]), float(data["grid_mm"]), str(data["program"]),
+            )  # fmt: skip
+        except (FileNotFoundError, NotADirectoryError):
+            raise MapError(f"'{folder}' is not a Ray Map: it has no {MANIFEST_FILE}.") from None
+        except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+            raise MapError(f"Ray Map '{folder}' has a damaged {MANIFEST_FILE}; trace the scene again.") from error
+
+    def write(self, folder: Path) -> None:
+        """Write or replace a map's manifest, by one rename."""
+        making = folder / f".{MANIFEST_FILE}-{os.getpid()}"
+        making.write_text(self.to_json(), encoding="utf-8")
+        making.replace(folder / MANIFEST_FILE)
+
+
+class RayMap:
+    """A Ray Map to be asked; opening it reads the manifest and the portions' summaries, nothing else.
+
+    Attributes
+    ----------
+    path : Path
+    manifest : Manifest
+    names : Names
+    portions : tuple of Portion, by their first rays
+    """
+
+    def __init__(self, path: Path, manifest: Manifest, portions: Sequence[Portion]):
+        self.path = path
+        self.manifest = manifest
+        self.names = manifest.names
+        self.portions = tuple(portions)
+
+    @classmethod
+    def open(cls, path: str | Path) -> RayMap:
+        """Open a map; raises `MapError` if it is missing, damaged, or newer than this program."""
+        path = Path(path)
+        manifest = Manifest.read(path)
+        return cls(path, manifest, [Portion.open(folder, manifest.names) for folder in _portion_folders(path)])
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The scene as it was simulated."""
+        return load_scene(self.path / SCENE_FILE)
+
+    @cached_property
+    def meshes(self) -> tuple[BodyMesh, ...]:
+        """Triangles of the bodies; events count triangles through all of them in this order."""
+        return load_bodies(self.scene)
+
+    @property
+    def n_rays(self) -> int:
+        """Number of rays present."""
+        return sum(portion.n_rays for portion in self.portions)
+
+    @property
+    def n_events(self) -> int:
+        """Number of events present."""
+        return sum(portion.n_events for portion in self.portions)
+
+    @property
+    def n_bytes(self) -> int:
+        """Size of the portions on disk."""
+        return sum(sum(portion.summary.file_bytes.values()) for portion in self.portions)
+
+    @cached_property
+    def rays_of_source(self) -> NDArray[np.int64]:
+        """Rays present of each source, (n_sources,)."""
+        counts = [portion.summary.rays_of_source for portion in self.portions]
+        return np.sum(counts, axis=0) if counts else np.zeros(len(self.names.sources), np.int64)
+
+    @cached_property
+    def source_flux_w(self) -> NDArray[np.float64]:
+        """Radiant flux of each source, (n_sources,)."""
+        return np.array([source.flux_w for source in self.scene.sources.values()])
+
+    @cached_property
+    def ray_flux_w(self) -> NDArray[np.float64]:
+        """Flux that a ray of each source was emitted with, (n_sources,); 0 where the map has no ray of it."""
+        return np.where(self.rays_of_source > 0, self.source_flux_w / np.maximum(self.rays_of_source, 1), 0.0)
+
+    @property
+    def content_hash(self) -> str:
+        """Hash of the stored rays alone: not of how they are split into portions, nor when or by whom they were traced."""
+        low = sum(portion.summary.content[0] for portion in self.portions) % 2**64
+        high = sum(portion.summary.content[1] for portion in self.portions) % 2**64
+        return f"{high:016x}{low:016x}"
+
+    def missing_rays(self, n_rays: int) -> Iterator[tuple[int, int]]:
+        """Runs of rays (first, number) below ``n_rays`` that are not present, a portion long at most."""
+        at = 0
+        ends = [(p.first_ray, p.first_ray + p.n_rays) for p in self.portions] + [(n_rays, n_rays)]
+        for start, end in ends:
+            while at < min(start, n_rays):
+                n = min(self.manifest.portion_rays, min(start, n_rays) - at)
+                yield at, n
+                at += n
+            at = max(at, end)
+
+
+def _portion_folders(path: Path) -> list[Path]:
+    """Folders of committed portions in the order of their first rays."""
+    try:
+        entries = sorted((path / PORTIONS_FOLDER).iterdir())
+    except OSError as error:
+        raise MapError(f"Ray Map '{path}' has no folder '{PORTIONS_FOLDER}' that can be read.") from error
+    return [entry for entry in entries if entry.name.isdigit()]
+
+
+class MapWriter:
+    """Adds portions to a map; `write` may be called from several threads at once.
+
+    Parameters
+    ----------
+    path : Path
+        Of a map that exists (see `create`).
+    triangle_face : (n_triangles,) int32
+    face_body, face_surface : (n_faces,) int
+    """
+
+    def __init__(
+        self, path: Path, triangle_face: NDArray[np.int32], face_body: NDArray[np.int32],
+        face_surface: NDArray[np.int16],
+    ):  # fmt: skip
+        self.path = path
+        self._n_sources = len(Manifest.read(path).names.sources)
+        self._of_triangles = (triangle_face, face_body, face_surface)
+
+    @staticmethod
+    def create(path: Path, manifest: Manifest, scene: Scene, meshes: Sequence[BodyMesh]) -> None:
+        """Make a map without portions; nothing is left if that fails.
+
+        Raises
+        ------
+        OutputError
+            If the path exists already or can't be written.
+        """
+        if path.exists() or path.is_symlink():
+            raise OutputError(f"'{path}' exists already: name another output, delete it, or go on with it by --resume.")
+        making = path.with_name(f".{path.name}-making-{os.getpid()}")
+        try:
+            (making / PORTIONS_FOLDER).mkdir(parents=True)
+            stored = _scene_in_map(scene, meshes)
+            text = json.dumps(stored.model_dump(mode="json"), indent=1, ensure_ascii=False)
+            (making / SCENE_FILE).write_text(text, encoding="utf-8")
+            for body, mesh in zip(stored.bodies.values(), meshes, strict=True):
+                write_ply(making / body.geometry.file, mesh)
+            manifest.write(making)
+            making.rename(path)
+        except OSError as error:
+            shutil.rmtree(making, ignore_errors=True)
+            raise OutputError(f"Ray Map '{path}' can't be written: {(error.strerror or str(error)).lower()}.") from error
+        except BaseException:
+            shutil.rmtree(making, ignore_errors=True)
+            raise
+
+    @contextlib.contextmanager
+    def alone(self) -> Iterator[None]:
+        """Hold the map against other runs, and clear away what killed ones left; raises `OutputError` if one is busy."""
+        with open(self.path / MANIFEST_FILE, "rb") as lock:
+            if not _locked(lock.fileno()):
+                raise OutputError(f"Ray Map '{self.path}' is being written by another run: wait for it or stop it.")
+            for left in (self.path / PORTIONS_FOLDER).glob(".making-*"):
+                shutil.rmtree(left, ignore_errors=True)
+            yield
+
+    def write(self, history: History) -> PortionSummary:
+        """Commit a portion: compressed here, visible by one rename.
+
+        Raises
+        ------
+        OutputError
+            If it can't be written, for instance because the disk is full; what was committed before stays valid.
+        """
+        try:
+            return write_portion(self.path / PORTIONS_FOLDER, history, self._n_sources, *self._of_triangles)
+        except OSError as error:
+            raise OutputError(
+                f"Ray Map '{self.path}': the rays from {history.first_ray} on can't be written "
+                f"({(error.strerror or str(error)).lower()}); make room and go on with --resume, nothing stored is lost."
+            ) from error
+
+
+def _scene_in_map(scene: Scene, meshes: Sequence[BodyMesh]) -> Scene:
+    """The scene with its geometry as the map holds it: one PLY in mm a body, faces named."""
+    bodies: dict[str, Any] = {}
+    for i, ((name, body), mesh) in enumerate(zip(scene.bodies.items(), meshes, strict=True)):
+        counts = np.bincount(mesh.triangle_face, minlength=len(mesh.face_names))
+        exact = {group.name: group.surface for group in body.geometry.faces or ()}
+        faces = tuple(
+            FaceGroup(name=face, triangles=int(n), surface=exact.get(face))
+            for face, n in zip(mesh.face_names, counts, strict=True)
+        )
+        geometry = Geometry(file=f"geometry/{i:04d}.ply", faces=faces)
+        bodies[name] = body.model_copy(update={"geometry": geometry})
+    return scene.model_copy(update={"bodies": bodies})
+
+
+def _locked(descriptor: int) -> bool:
+    """Lock a file until it is closed; False if another process holds it. Where the system has no locks: True."""
+    try:
+        import fcntl
+    except ImportError:
+        return True
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return True
+    return True

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Units of the whole program: mm, nm, W, sr; degrees where people read, radians in code."""
+
+from __future__ import annotations
+
+__all__ = ["format_bytes", "format_duration", "format_flux", "format_quantity"]
+
+_PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"))
+
+
+def format_quantity(value: float, unit: str, digits: int = 4) -> str:
+    """A value with an SI prefix for people: ``format_quantity(0.00123, 'W')`` is ``'1.23 mW'``."""
+    if value == 0 or value != value:
+        return f"{value:g} {unit}"
+    for factor, prefix in _PREFIXES:
+        if abs(value) >= factor * 0.9999999:
+            return f"{value / factor:.{digits}g} {prefix}{unit}"
+    return f"{value:.{digits}g} {unit}"
+
+
+def format_flux(flux_w: float, stderr_w: float) -> str:
+    """A flux with its standard error for people, for instance ``12.3 mW ± 0.14 mW``."""
+    return f"{format_quantity(flux_w, 'W')} ± {format_quantity(stderr_w, 'W', 2)}"
+
+
+def format_bytes(n_bytes: int) -> str:
+    """A size for people, for instance ``12.3 MB``."""
+    return format_quantity(float(n_bytes), "B", 3)
+
+
+def format_duration(seconds: float) -> str:
+    """A duration for people: ``0.4 s``, ``3 min 20 s``, ``2 h 5 min``."""
+    if seconds < 60:
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    if minutes < 60:
+        return f"{minutes} min {rest} s"
+    return f"{minutes // 60} h {minutes % 60} min"
