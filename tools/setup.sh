@@ -194,14 +194,29 @@ ensure_freecad() {
     fi
     has_freecad || fail "FreeCAD is installed but neither freecadcmd nor FreeCADCmd is in the PATH."
 
-    local version
-    version=$("$(command -v freecadcmd || command -v FreeCADCmd)" --version 2>/dev/null </dev/null |
-        sed -n 's/^FreeCAD \([0-9.]*\).*/\1/p' | head -n 1)
-    case $version in
-        0.[0-9].* | 0.1[0-9].* | 0.1[0-9])
-            fail "FreeCAD 0.20 or later is needed, and this system has $version. Install a newer one and put it in the PATH."
-            ;;
-    esac
+    if ! freecad_is_recent; then
+        cat "$log_file" >&2
+        fail "The workbench needs a working FreeCAD 0.20 or later, see above. Install one and put it in the PATH."
+    fi
+}
+
+# Asked through a script: FreeCAD 0.20 crashes on the option --version.
+freecad_is_recent() {
+    local home status=0
+    home=$(mktemp -d)
+    cat >"$home/version.py" <<'SCRIPT'
+import sys
+
+import FreeCAD
+
+version = [int(part) for part in FreeCAD.Version()[:2]]
+print("FreeCAD", ".".join(map(str, version)))
+sys.exit(version < [0, 20])
+SCRIPT
+    HOME=$home timeout 120 "$(command -v freecadcmd || command -v FreeCADCmd)" "$home/version.py" \
+        </dev/null >"$log_file" 2>&1 || status=1
+    rm -rf "$home"
+    return "$status"
 }
 
 case ${1:-} in
