@@ -122,19 +122,19 @@ def matching_rays(portion: Portion, bound: Bound) -> NDArray[np.int64]:
     return candidates[keep]
 
 
-def inside_area(area: tree.Area, xy_mm: NDArray[np.float64]) -> Mask:
+def inside_area(area: tree.Area, xy_mm: NDArray[np.floating]) -> Mask:
     """Which points lie in an area of a detector, borders included.
 
     Parameters
     ----------
     area : Rectangle or Ellipse
-    xy_mm : (n, 2) float64, local coordinates of the detector
+    xy_mm : (n, 2) float, local coordinates of the detector
 
     Returns
     -------
     (n,) bool
     """
-    x_mm, y_mm = xy_mm[:, 0], xy_mm[:, 1]
+    x_mm, y_mm = np.asarray(xy_mm, np.float64).T
     if isinstance(area, tree.Rectangle):
         return (x_mm >= area.x0_mm) & (x_mm <= area.x1_mm) & (y_mm >= area.y0_mm) & (y_mm <= area.y1_mm)
     with np.errstate(over="ignore"):  # a point far outside a tiny ellipse
