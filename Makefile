@@ -36,7 +36,7 @@ demo: graphics ## simulate an example, ask about its rays, leave the results in 
 
 .PHONY: test
 test: graphics ## run all tests, those of the workbench inside a real FreeCAD among them
-	@tools/setup.sh freecad
+	@tools/setup.sh workbench-tests
 	@failed=""; \
 	echo "== tests of the core"; \
 	$(PY) -m pytest $(PYTEST_ARGS) || failed="$$failed core"; \

@@ -3,9 +3,10 @@
 #
 # Makes what the targets of the Makefile need, where it is missing:
 #
-#   tools/setup.sh environment   .venv: the locked packages and the command raymaps
-#   tools/setup.sh graphics      the system's OpenGL, for pictures without a display
-#   tools/setup.sh freecad       FreeCAD and a virtual display, for the workbench's tests
+#   tools/setup.sh environment       .venv: the locked packages and the command raymaps
+#   tools/setup.sh graphics          the system's OpenGL, for pictures without a display
+#   tools/setup.sh freecad           FreeCAD
+#   tools/setup.sh workbench-tests   FreeCAD and a virtual display
 #
 # Each does nothing where all is there. What fails ends with one sentence that says what to do.
 set -euo pipefail
@@ -16,7 +17,7 @@ LOCK=requirements-dev.lock
 OLDEST_PYTHON=10 # 3.10
 NEWEST_PYTHON=14 # 3.14
 GRAPHICS_PACKAGES=(libegl1 libgl1-mesa-dri)
-FREECAD_PACKAGES=(freecad xvfb xauth "${GRAPHICS_PACKAGES[@]}")
+DISPLAY_PACKAGES=(xvfb xauth "${GRAPHICS_PACKAGES[@]}")
 
 log_file=$(mktemp)
 trap 'rm -f "$log_file"' EXIT
@@ -189,15 +190,21 @@ has_virtual_display() {
 }
 
 ensure_freecad() {
-    if ! has_freecad || ! has_virtual_display; then
-        install_packages "Testing the workbench in a real FreeCAD" "${FREECAD_PACKAGES[@]}"
-    fi
+    has_freecad || install_packages "Running FreeCAD" freecad
     has_freecad || fail "FreeCAD is installed but neither freecadcmd nor FreeCADCmd is in the PATH."
-
     if ! freecad_is_recent; then
         cat "$log_file" >&2
         fail "The workbench needs a working FreeCAD 0.20 or later, see above. Install one and put it in the PATH."
     fi
+}
+
+ensure_workbench_tests() {
+    if ! has_freecad || ! has_virtual_display; then
+        local packages=("${DISPLAY_PACKAGES[@]}")
+        has_freecad || packages=(freecad "${packages[@]}")
+        install_packages "Testing the workbench in a real FreeCAD" "${packages[@]}"
+    fi
+    ensure_freecad
 }
 
 # Asked through a script: FreeCAD 0.20 crashes on the option --version.
@@ -223,5 +230,6 @@ case ${1:-} in
     environment) make_environment ;;
     graphics) ensure_graphics ;;
     freecad) ensure_freecad ;;
-    *) fail "usage: tools/setup.sh environment|graphics|freecad" ;;
+    workbench-tests) ensure_workbench_tests ;;
+    *) fail "usage: tools/setup.sh environment|graphics|freecad|workbench-tests" ;;
 esac
