@@ -16,7 +16,10 @@ from raymaps.scene import Scene, load_scene
 from raymaps.store import Manifest, MapWriter, RayMap
 from raymaps.version import __version__
 
-__all__ = ["Progress", "simulate"]
+__all__ = ["Progress", "open_map", "simulate"]
+
+#: Open a map that exists.
+open_map = RayMap.open
 
 #: Rays of a portion: few enough for their arrays to stay near the processor, many enough to compress well.
 LARGEST_PORTION, SMALLEST_PORTION = 65_536, 4_096

@@ -357,6 +357,11 @@ class Portion:
         within = np.arange(self.n_crossings) - start[self.crossing_ray]
         return _read_only(table.registered[steps[first[self.crossing_ray] + within]] == 1)
 
+    def forget(self) -> None:
+        """Let go of the columns read so far; they are read again when asked for."""
+        for name in [name for name in self.__dict__ if isinstance(getattr(type(self), name, None), cached_property)]:
+            del self.__dict__[name]
+
     def content(self) -> tuple[int, int]:
         """Hash of the portion's rays, computed from what is stored now; compare with ``summary.content``."""
         table = self.signatures

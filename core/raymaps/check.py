@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Everything that is wrong, or worth knowing, about a scene or a map, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from raymaps.compile import compile_scene
+from raymaps.effects.usage import used_surfaces
+from raymaps.errors import RayMapsError, SceneError
+from raymaps.materials import Mixture
+from raymaps.results.ledger import energy_ledger
+from raymaps.scene import Scene, load_scene
+from raymaps.store import RayMap
+
+__all__ = ["Finding", "check", "check_map", "check_scene"]
+
+#: Share of the emitted light that may be killed before it is worth a word.
+KILLED_SHARE = 1e-4
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One sentence; a fault keeps the scene or the map from being used, the rest is worth knowing."""
+
+    text: str
+    is_fault: bool = False
+
+    def to_dict(self) -> dict[str, str]:
+        """As in ``raymaps check --json``."""
+        return {"severity": "fault" if self.is_fault else "note", "text": self.text}
+
+
+def check(path: str | Path) -> tuple[Finding, ...]:
+    """Check a map (a folder) or a scene (a file)."""
+    path = Path(path)
+    return check_map(path) if path.is_dir() or path.suffix == ".raymap" else check_scene(path)
+
+
+def check_scene(path: str | Path) -> tuple[Finding, ...]:
+    """Findings about a scene file and its geometry."""
+    try:
+        scene = load_scene(path)
+    except SceneError as error:
+        return (Finding(str(error), is_fault=True),)
+    return (*_geometry_findings(scene), *_unused(scene))
+
+
+def _geometry_findings(scene: Scene) -> Iterator[Finding]:
+    try:
+        compiled = compile_scene(scene)
+    except SceneError as error:
+        yield Finding(str(error), is_fault=True)
+        return
+    if not compiled.meshes:
+        yield Finding("The scene has no body: all light leaves it.")
+    for mesh in compiled.meshes:
+        if mesh.degenerate.any():
+            first = int(np.flatnonzero(mesh.degenerate)[0])
+            face = mesh.face_names[mesh.triangle_face[first]]
+            yield Finding(
+                f"Body '{mesh.name}': {int(mesh.degenerate.sum())} of {len(mesh.triangles)} triangles have no area, the "
+                f"first is number {first} in face '{face}'; no light can hit them, so they are passed over."
+            )
+        if not mesh.is_closed:
+            yield Finding(f"Body '{mesh.name}' is an open shell: its surface acts on both sides.")
+
+
+def _unused(scene: Scene) -> Iterator[Finding]:
+    used = set(used_surfaces(scene))
+    for name in list(used):
+        prop = scene.surfaces[name]
+        used |= {part.surface for part in prop.parts} if isinstance(prop, Mixture) else set()
+    media = {body.medium for body in scene.bodies.values()} | {scene.ambient}
+    for what, unused in (("Surface property", set(scene.surfaces) - used), ("Medium", set(scene.media) - media)):
+        for name in sorted(unused):
+            yield Finding(f"{what} '{name}' is not used.")
+
+
+def check_map(path: str | Path) -> tuple[Finding, ...]:
+    """Findings about a map: reads all of it, verifies the checksums and the content hash."""
+    try:
+        raymap = RayMap.open(path)
+        raymap.scene  # noqa: B018  opened here so that a damaged scene is told
+        raymap.meshes  # noqa: B018
+    except RayMapsError as error:
+        return (Finding(str(error), is_fault=True),)
+    return tuple(_map_findings(raymap))
+
+
+def _map_findings(raymap: RayMap) -> Iterator[Finding]:
+    for portion in raymap.portions:
+        try:
+            sound = portion.content() == portion.summary.content
+        except RayMapsError as error:
+            yield Finding(str(error), is_fault=True)
+            continue
+        except (IndexError, ValueError):
+            sound = False
+        if not sound:
+            yield Finding(
+                f"Ray Map portion '{portion.folder}': what is stored is not what was written; delete the folder and trace "
+                "with --resume to make it anew.",
+                is_fault=True,
+            )
+        portion.forget()
+    asked, present = raymap.manifest.rays_asked, raymap.n_rays
+    if present < asked:
+        yield Finding(f"The map holds {present} of {asked} rays: the run was interrupted; go on with --resume.")
+    for name, n in zip(raymap.names.sources, raymap.rays_of_source, strict=True):
+        if n == 0 and present:
+            yield Finding(f"Source '{name}' has no ray in the map, so its light is missing: trace more rays.")
+    ledger = energy_ledger(raymap)
+    for reason, flux_w in ledger.killed_by_reason_w.items():
+        if flux_w > KILLED_SHARE * ledger.emitted_w:
+            yield Finding(
+                f"{100 * flux_w / ledger.emitted_w:.3g} % of the light was killed ({reason}): {KILL_REMEDIES[reason]}."
+            )
+
+
+KILL_REMEDIES = {
+    "depth": "set settings.max_events higher, or look for light that is trapped",
+    "numerical": "look at those rays by the criterion  event(killed_numerical)",
+    "medium_mismatch": "bodies overlap or touch where the rays of  event(killed_medium_mismatch)  end; leave a gap",
+}

@@ -1,0 +1,412 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""The command ``raymaps``: a thin face over the library. Heavy packages are imported by the command that needs them.
+
+Exit codes: 0 done; 2 wrong usage; 3 bad scene, map or criterion (one sentence on standard error); 4 interrupted, can be
+resumed.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+import threading
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from raymaps.errors import Interrupted, RayMapsError
+from raymaps.units import format_bytes, format_duration, format_flux, format_quantity
+
+if TYPE_CHECKING:
+    from raymaps.run import Progress
+
+__all__ = ["app", "main"]
+
+app = typer.Typer(
+    name="raymaps",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    help="Trace light through a scene, keep every ray, and ask about them afterwards.\n\n"
+    "Example: `raymaps trace lens.scene.json -o lens.raymap`, then "
+    '`raymaps query lens.raymap "hit(Barrel) & detector(Sensor)"`.',
+)
+
+
+class ProgressStyle(str, Enum):
+    """How a run tells how far it is."""
+
+    bar = "bar"
+    json = "json"
+    none = "none"
+
+
+class StoredLight(str, Enum):
+    """How light is stored."""
+
+    rgb = "rgb"
+
+
+SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file, NAME.scene.json.", show_default=False)]
+MapFolder = Annotated[Path, typer.Argument(metavar="MAP", help="Ray Map, NAME.raymap.", show_default=False)]
+SceneOrMap = Annotated[Path, typer.Argument(metavar="SCENE|MAP", help="Scene file or Ray Map.", show_default=False)]
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+Where = Annotated[str | None, typer.Option("--where", metavar="CRITERION", help="Only rays that match.")]
+
+
+def main() -> None:
+    """Run the command; ends the process with its exit code."""
+    try:
+        app()
+    except RayMapsError as error:
+        _fail(str(error), 3)
+    except Interrupted as error:
+        _fail(str(error), 4)
+    except MemoryError:
+        _fail("There is not enough memory for this; ask about fewer rays, or trace with fewer threads.", 3)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reader has gone, for instance `head`
+        sys.exit(0)
+
+
+def _fail(sentence: str, code: int) -> None:
+    print(f"raymaps: {sentence}", file=sys.stderr)
+    sys.exit(code)
+
+
+def _print_json(data: dict[str, Any]) -> None:
+    print(json.dumps(data, ensure_ascii=False))
+
+
+@app.command()
+def trace(
+    scene: SceneFile,
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="MAP", help="Ray Map to make.")],
+    rays: Annotated[int | None, typer.Option(min=1, help="Number of rays; by default the scene's.")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, max=2**64 - 1, help="Seed; by default the scene's.")] = None,
+    threads: Annotated[int | None, typer.Option(min=1, max=1024, help="By default one a processor.")] = None,
+    store: Annotated[StoredLight, typer.Option(help="How light is stored.")] = StoredLight.rgb,
+    portion: Annotated[int | None, typer.Option(min=1, max=10_000_000, help="Rays of a portion.")] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with a map, or add rays to it.")] = False,
+    progress: Annotated[ProgressStyle | None, typer.Option(help="By default a bar on a terminal.")] = None,
+) -> None:
+    """Simulate a scene and store every ray.
+
+    Ctrl-C stops after the portions that are being traced; the map is valid and `--resume` goes on with it.
+    """
+    from raymaps.results.ledger import energy_ledger
+    from raymaps.run import simulate
+
+    stop = threading.Event()
+    _stop_on_signals(stop)
+    style = progress or (ProgressStyle.bar if sys.stderr.isatty() else ProgressStyle.none)
+    with _teller(style, output) as teller:
+        raymap = simulate(
+            scene, output, rays=rays, seed=seed, threads=threads, resume=resume, portion_rays=portion,
+            on_progress=teller.progress, on_note=teller.note, stop=stop,
+        )  # fmt: skip
+    ledger = energy_ledger(raymap)
+    if style is ProgressStyle.json:
+        fluxes = {key: getattr(ledger, key) for key in ("emitted_w", "absorbed_w", "escaped_w", "killed_w")}
+        done = {"event": "done", "map": str(output), "rays": raymap.n_rays, "events": raymap.n_events}
+        _print_json({**done, "elapsed_s": round(teller.elapsed_s, 3), **fluxes})
+        return
+    print(
+        f"{output}: {raymap.n_rays} rays, {raymap.n_events} events, {format_bytes(raymap.n_bytes)}, "
+        f"{format_duration(teller.elapsed_s)}"
+    )
+    print(_ledger_line(ledger))
+
+
+def _ledger_line(ledger: Any) -> str:
+    parts = {"absorbed": ledger.absorbed_w, "left the scene": ledger.escaped_w, "killed": ledger.killed_w}
+    shares = ", ".join(f"{name} {100 * flux / (ledger.emitted_w or 1):.4g} %" for name, flux in parts.items())
+    return f"emitted {format_quantity(ledger.emitted_w, 'W')}: {shares}"
+
+
+def _stop_on_signals(stop: threading.Event) -> None:
+    """Ctrl-C and terminate set ``stop``; a second one ends the process at once (the map stays valid)."""
+
+    def handle(number: int, frame: Any) -> None:
+        if stop.is_set():
+            os._exit(4)
+        stop.set()
+
+    for name in ("SIGINT", "SIGTERM"):
+        signal.signal(getattr(signal, name), handle)
+
+
+class _Teller:
+    """Tells nothing but remembers the time; the base of those that tell how far a run is."""
+
+    def __init__(self) -> None:
+        self.elapsed_s = 0.0
+
+    def __enter__(self) -> _Teller:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        pass
+
+    def progress(self, at: Progress) -> None:
+        """After each portion."""
+        self.elapsed_s = at.elapsed_s
+
+    def note(self, text: str) -> None:
+        """A sentence worth telling."""
+        print(text, file=sys.stderr)
+
+
+class _JsonTeller(_Teller):
+    """One JSON object a line on standard output."""
+
+    def __init__(self, output: Path):
+        super().__init__()
+        self._output = output
+        self._started = False
+
+    def progress(self, at: Progress) -> None:
+        super().progress(at)
+        if not self._started:
+            self._started = True
+            self._say({"event": "start", "map": str(self._output), "rays": at.of, "done_rays": at.rays})
+        remaining = None if at.remaining_s is None else round(at.remaining_s, 3)
+        self._say(
+            {"event": "progress", "rays": at.rays, "of": at.of, "elapsed_s": round(at.elapsed_s, 3), "remaining_s": remaining}
+        )
+
+    def note(self, text: str) -> None:
+        self._say({"event": "note", "text": text})
+
+    def _say(self, data: dict[str, Any]) -> None:
+        _print_json(data)
+        sys.stdout.flush()
+
+
+class _BarTeller(_Teller):
+    """A bar on standard error."""
+
+    def __enter__(self) -> _BarTeller:
+        from rich.console import Console
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+        self._bar = Progress(
+            TextColumn("tracing"), BarColumn(), MofNCompleteColumn(), TextColumn("rays"), TimeRemainingColumn(),
+            console=Console(stderr=True),
+        )  # fmt: skip
+        self._task = self._bar.add_task("rays", total=None)
+        self._bar.start()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._bar.stop()
+
+    def progress(self, at: Progress) -> None:
+        super().progress(at)
+        self._bar.update(self._task, completed=at.rays, total=at.of)
+
+    def note(self, text: str) -> None:
+        self._bar.console.print(text)
+
+
+def _teller(style: ProgressStyle, output: Path) -> _Teller:
+    if style is ProgressStyle.json:
+        return _JsonTeller(output)
+    return _BarTeller() if style is ProgressStyle.bar else _Teller()
+
+
+@app.command()
+def info(map_: MapFolder, as_json: AsJson = False) -> None:
+    """What a map holds, and where its light went."""
+    from raymaps.results.info import map_info
+    from raymaps.store import RayMap
+
+    facts = map_info(RayMap.open(map_))
+    _print_json(facts.to_dict()) if as_json else print(facts.to_text())
+
+
+@app.command()
+def query(
+    map_: MapFolder,
+    criterion: Annotated[str, typer.Argument(metavar="CRITERION", help="For instance hit(Lens) & ~detector(Sensor).")],
+    limit: Annotated[int | None, typer.Option(min=0, help="Stop once so many rays are found.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Which rays match a criterion, and how much light they carry."""
+    from raymaps.criterion import query as ask
+    from raymaps.store import RayMap
+
+    found = ask(RayMap.open(map_), criterion, limit)
+    if as_json:
+        _print_json(found.to_dict())
+        return
+    print(f"{found.rays} of {found.scanned} rays match: {format_flux(found.flux_w, found.flux_stderr_w)}")
+    if found.rays:
+        shown = found.ids[: 10 if limit is None else limit]
+        print("rays " + ", ".join(map(str, shown)) + (" ..." if len(shown) < found.rays else ""))
+
+
+@app.command()
+def paths(
+    map_: MapFolder,
+    where: Where = None,
+    limit: Annotated[int | None, typer.Option(min=1, help="Only the largest so many.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Distinct paths with their flux, largest first."""
+    from raymaps.results.paths import distinct_paths
+    from raymaps.store import RayMap
+
+    shown = limit if as_json or limit else 30
+    table = distinct_paths(RayMap.open(map_), where, shown)
+    _print_json(table.to_dict()) if as_json else print(table.to_text())
+
+
+@app.command()
+def report(
+    map_: MapFolder,
+    where: Where = None,
+    limit: Annotated[int, typer.Option(min=1, help="How many rays.")] = 20,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help=".html, .csv or .txt file.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Histories of rays: where they were, what happened, on which property, how much light was left."""
+    from raymaps.results.report import report as tell
+    from raymaps.store import RayMap
+
+    histories = tell(RayMap.open(map_), where, limit)
+    if output is not None:
+        histories.write(output)
+        print(f"{output}: {len(histories.rays)} rays")
+    elif as_json:
+        _print_json(histories.to_dict())
+    else:
+        print(histories.to_text())
+
+
+def _pair(text: str | None, option: str, separator: str = "x") -> tuple[int, int] | None:
+    if text is None:
+        return None
+    parts = text.lower().split(separator)
+    if len(parts) != 2 or not all(part.strip().isdigit() for part in parts):
+        raise typer.BadParameter(f"two whole numbers as in 100x80 are wanted, got '{text}'", param_hint=option)
+    return int(parts[0]), int(parts[1])
+
+
+def _four(text: str | None, option: str) -> tuple[float, float, float, float] | None:
+    if text is None:
+        return None
+    try:
+        a, b, c, d = (float(part) for part in text.split(","))
+    except ValueError:
+        raise typer.BadParameter(f"four numbers in mm as in -1,-1,1,1 are wanted, got '{text}'", param_hint=option) from None
+    return a, b, c, d
+
+
+@app.command()
+def detector(
+    map_: MapFolder,
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Detector.")],
+    resolution: Annotated[str | None, typer.Option(metavar="NXxNY", help="Cells, by default the scene's.")] = None,
+    max_angle: Annotated[float | None, typer.Option(metavar="DEG", min=0, max=90, help="Acceptance angle.")] = None,
+    source: Annotated[str | None, typer.Option(metavar="NAME", help="Light of this source only.")] = None,
+    where: Where = None,
+    rect: Annotated[str | None, typer.Option(metavar="X0,Y0,X1,Y1", help="Region in mm.")] = None,
+    ellipse: Annotated[str | None, typer.Option(metavar="CX,CY,RX,RY", help="Region in mm.")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help=".png, .csv or .npz file.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Light on a detector, with other parameters if wanted, without simulating again."""
+    from raymaps.results.detector import evaluate_detector
+    from raymaps.store import RayMap
+
+    if rect and ellipse:
+        raise typer.BadParameter("a region is a rectangle or an ellipse, not both", param_hint="--ellipse")
+    evaluated = evaluate_detector(
+        RayMap.open(map_), name, resolution=_pair(resolution, "--resolution"), max_angle_deg=max_angle, source=source,
+        where=where, rect=_four(rect, "--rect"), ellipse=_four(ellipse, "--ellipse"),
+    )  # fmt: skip
+    if output is not None:
+        evaluated.write(output)
+    _print_json(evaluated.to_dict()) if as_json else print(evaluated.to_text())
+
+
+@app.command()
+def explain(scene: SceneFile, as_json: AsJson = False) -> None:
+    """Which effects a scene calls for, and by what."""
+    from raymaps.effects import EFFECTS, needed_effects
+    from raymaps.scene import load_scene
+
+    needed = needed_effects(load_scene(scene))
+    if as_json:
+        _print_json(
+            {
+                "effects": [
+                    {"name": e.name, "summary": e.summary, "needed": e.name in needed, "because": list(needed.get(e.name, ()))}
+                    for e in EFFECTS
+                ]
+            }
+        )
+        return
+    for effect in EFFECTS:
+        print(f"{'simulated' if effect.name in needed else 'not needed':<12}{effect.name:<20}{effect.summary}")
+        for reason in needed.get(effect.name, ()):
+            print(f"{'':<14}because of {reason}")
+
+
+@app.command()
+def view(
+    what: SceneOrMap,
+    output: Annotated[Path, typer.Option("--output", "-o", help=".png or .html file.")],
+    where: Where = None,
+    rays: Annotated[int, typer.Option(min=0, help="At most so many rays.")] = 300,
+) -> None:
+    """Picture of a scene, or of a map with the rays that match a criterion."""
+    from raymaps.results.pictures import view as draw
+
+    draw(what, output, where, rays)
+    print(output)
+
+
+@app.command()
+def check(what: SceneOrMap, as_json: AsJson = False) -> None:
+    """Everything that is wrong with a scene or a map, in words; a map is read whole and its checksums verified."""
+    from raymaps.check import check as examine
+
+    findings = examine(what)
+    faults = [finding.text for finding in findings if finding.is_fault]
+    if as_json:
+        _print_json({"sound": not faults, "findings": [finding.to_dict() for finding in findings]})
+    else:
+        for finding in findings:
+            if not finding.is_fault:
+                print(f"note: {finding.text}")
+        if not faults:
+            print(f"{what}: sound")
+    for text in faults[:3]:
+        print(f"raymaps: {text}", file=sys.stderr)
+    if len(faults) > 3:
+        print(f"raymaps: and {len(faults) - 3} more faults.", file=sys.stderr)
+    if faults:
+        raise typer.Exit(3)
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON Schema of scene files."""
+    from raymaps.scene import scene_json_schema
+
+    print(json.dumps(scene_json_schema(), indent=1))
+
+
+@app.command()
+def serve(map_: MapFolder) -> None:
+    """Answer requests about a map: JSON-RPC 2.0, one object a line, on standard input and output."""
+    from raymaps.serve import serve as answer
+
+    answer(map_)

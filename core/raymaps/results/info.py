@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""What a map holds: counts, names, hashes and the energy ledger."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from raymaps.results.ledger import Ledger, energy_ledger
+from raymaps.store import RayMap
+from raymaps.units import format_bytes, format_quantity
+
+__all__ = ["MapInfo", "map_info"]
+
+
+@dataclass(frozen=True)
+class MapInfo:
+    """Facts about a map; ``content_hash`` depends on the stored rays alone."""
+
+    path: str
+    rays: int
+    rays_asked: int
+    events: int
+    crossings: int
+    portions: int
+    bytes: int
+    seed: int
+    scene_hash: str
+    content_hash: str
+    program: str
+    names: dict[str, Any]
+    rays_of_source: dict[str, int]
+    ledger: Ledger
+
+    def to_dict(self) -> dict[str, Any]:
+        """As in ``raymaps info --json``."""
+        return {**self.__dict__, "ledger": self.ledger.to_dict()}
+
+    def to_text(self) -> str:
+        """For people."""
+        names = {what: values for what, values in self.names.items() if what != "faces"}
+        per_segment = self.bytes / max(self.events, 1)
+        lines = [
+            f"{self.path}: {self.rays} of {self.rays_asked} rays, {self.events} events, {self.crossings} crossings",
+            f"{self.portions} portions, {format_bytes(self.bytes)}, {per_segment:.1f} B an event, seed {self.seed}",
+            f"scene    {self.scene_hash}",
+            f"content  {self.content_hash}",
+            *(f"{what:<10}{', '.join(values) or '-'}" for what, values in names.items()),
+            "",
+            *self._ledger_lines(),
+        ]
+        return "\n".join(lines)
+
+    def _ledger_lines(self) -> list[str]:
+        ledger = self.ledger
+        rows: list[tuple[str, float]] = [("emitted", ledger.emitted_w), ("absorbed", ledger.absorbed_w)]
+        rows += [(f"  by body {name}", flux) for name, flux in ledger.absorbed_by_body_w.items()]
+        rows += [(f"  by medium {name}", flux) for name, flux in ledger.absorbed_by_medium_w.items()]
+        rows += [("left the scene", ledger.escaped_w), ("killed", ledger.killed_w)]
+        rows += [(f"  {reason}", flux) for reason, flux in ledger.killed_by_reason_w.items()]
+        width = max(len(label) for label, _ in rows) + 2
+        share = 100 / ledger.emitted_w if ledger.emitted_w else 0.0
+        return [f"{label:<{width}}{format_quantity(flux, 'W'):>12}{flux * share:>10.4f} %" for label, flux in rows]
+
+
+def map_info(raymap: RayMap) -> MapInfo:
+    """Facts about a map, from its manifest and its portions' summaries alone."""
+    manifest = raymap.manifest
+    return MapInfo(
+        path=str(raymap.path),
+        rays=raymap.n_rays,
+        rays_asked=manifest.rays_asked,
+        events=raymap.n_events,
+        crossings=sum(portion.n_crossings for portion in raymap.portions),
+        portions=len(raymap.portions),
+        bytes=raymap.n_bytes,
+        seed=manifest.seed,
+        scene_hash=manifest.scene_hash,
+        content_hash=raymap.content_hash,
+        program=manifest.program,
+        names={**manifest.names.to_dict(), "faces": [manifest.names.face_label(i) for i in range(len(manifest.names.faces))]},
+        rays_of_source=dict(zip(raymap.names.sources, (int(n) for n in raymap.rays_of_source), strict=True)),
+        ledger=energy_ledger(raymap),
+    )
