@@ -138,13 +138,13 @@ make_environment() {
     say "Making $VENV with $("$python" -V) ..."
     rm -rf "$VENV"
     quietly "$python could not make the environment $VENV, see above." "$python" -m venv "$VENV"
-    say "Installing the packages of $LOCK (about 500 MB to download the first time) ..."
+    say "Installing the packages of $LOCK (about 400 MB to download the first time) ..."
     quietly "The packages could not be installed, see above. Check the network and the free disk space, then try again." \
-        "$VENV/bin/python" -m pip install --disable-pip-version-check --no-input \
+        "$VENV/bin/python" -m pip install --quiet --disable-pip-version-check --no-input \
         --require-hashes --only-binary :all: -r "$LOCK"
     # The project itself, as it stands in core/; needs no network.
     quietly "The command raymaps could not be installed into $VENV, see above." \
-        "$VENV/bin/python" -m pip install --disable-pip-version-check --no-input \
+        "$VENV/bin/python" -m pip install --quiet --disable-pip-version-check --no-input \
         --no-index --no-deps --no-build-isolation --editable .
     printf '%s\n' "$stamp" >"$VENV/stamp"
     say "$VENV is ready: $VENV/bin/raymaps"
