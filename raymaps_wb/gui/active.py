@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Which study the commands and the dock panel work on."""
+
+import FreeCAD
+import FreeCADGui
+
+from raymaps_wb.objects.study import studies, study_of
+
+
+def active_study():
+    """The study of what is selected, else the first of the active document; None if there is none."""
+    document = FreeCAD.ActiveDocument
+    if document is None:
+        return None
+    for obj in FreeCADGui.Selection.getSelection(document.Name):
+        study = study_of(obj)
+        if study is not None:
+            return study
+    found = studies(document)
+    return found[0] if found else None
+
+
+class Transaction:
+    """One step of undo; taken back as a whole if anything in it fails."""
+
+    def __init__(self, document, name):
+        self._document, self._name = document, name
+
+    def __enter__(self):
+        self._document.openTransaction(self._name)
+        return self._document
+
+    def __exit__(self, kind, value, traceback):
+        if kind is None:
+            self._document.commitTransaction()
+        else:
+            self._document.abortTransaction()
+        return False

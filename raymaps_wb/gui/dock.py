@@ -1,0 +1,315 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""The dock panel: run, ask, read."""
+
+import FreeCAD
+import FreeCADGui
+
+from raymaps_wb.compat import QtCore, QtGui, QtWidgets, translate
+from raymaps_wb.errors import WorkbenchError
+from raymaps_wb.gui import examples, observer, report
+from raymaps_wb.gui.active import active_study
+from raymaps_wb.gui.session import StudySession
+from raymaps_wb.objects.result import result_of
+from raymaps_wb.objects.study import study_of
+from raymaps_wb.paths import icon
+from raymaps_wb.tracer.trace import CANCELLED, DONE
+
+NAME = "RayMapsDock"
+BAD, WARNING, GOOD = "#b3261e", "#9a6700", "#1a7f37"
+
+
+class RayMapsDock(QtWidgets.QDockWidget):
+    """Shows one study at a time; keeps a session for each study that was run or asked."""
+
+    def __init__(self, parent):
+        super().__init__(translate("Ray Maps"), parent)
+        self.setObjectName(NAME)
+        self.sessions, self._session = {}, None
+        body = QtWidgets.QWidget()
+        layout = QtWidgets.QVBoxLayout(body)
+        layout.setContentsMargins(8, 6, 8, 6)
+        self.title = QtWidgets.QLabel()
+        self.title.setTextFormat(QtCore.Qt.RichText)
+        self.title.setWordWrap(True)
+        layout.addWidget(self.title)
+        layout.addLayout(self._run_row())
+        self.status = _wrapped_label()
+        layout.addWidget(self.status)
+        layout.addWidget(_separator())
+        layout.addWidget(QtWidgets.QLabel(translate("Show the rays for which")))
+        layout.addLayout(self._criterion_row())
+        self.error = _wrapped_label(BAD)
+        layout.addWidget(self.error)
+        self.counts = _wrapped_label()
+        self.counts.setTextFormat(QtCore.Qt.RichText)
+        layout.addWidget(self.counts)
+        self.report = QtWidgets.QTextBrowser()
+        self.report.setOpenLinks(False)
+        layout.addWidget(self.report, 1)
+        self.setWidget(body)
+        self.setMinimumWidth(330)
+        observer.install().checked.connect(self._document_checked)
+        self.refresh()
+
+    def _run_row(self):
+        row = QtWidgets.QHBoxLayout()
+        self.run_button = QtWidgets.QPushButton(QtGui.QIcon(icon("run")), translate("Run"))
+        self.run_button.clicked.connect(self.run)
+        self.cancel_button = QtWidgets.QPushButton(translate("Cancel"))
+        self.cancel_button.clicked.connect(self.cancel)
+        self.progress = QtWidgets.QProgressBar()
+        self.progress.setRange(0, 1000)
+        for widget in (self.run_button, self.cancel_button):
+            row.addWidget(widget)
+        row.addWidget(self.progress, 1)
+        return row
+
+    def _criterion_row(self):
+        column = QtWidgets.QVBoxLayout()
+        self.criterion = QtWidgets.QComboBox()
+        self.criterion.setEditable(True)
+        self.criterion.setInsertPolicy(QtWidgets.QComboBox.NoInsert)
+        self.criterion.setSizeAdjustPolicy(QtWidgets.QComboBox.AdjustToMinimumContentsLengthWithIcon)
+        self.criterion.lineEdit().returnPressed.connect(self.apply)
+        self.criterion.lineEdit().setPlaceholderText("from(LED) & hit(Lens) & ~detector(Sensor)")
+        self.criterion.setToolTip(
+            translate(
+                "from(SOURCE)  hit(BODY)  hit(BODY.Face3, KIND)  surface(PROPERTY)  event(KIND)  medium(NAME, absorption)\n"
+                "detector(NAME)  detector(NAME, rect=(X0,Y0,X1,Y1))  ended(absorbed|left|killed)\n"
+                "joined with  & and,  | or,  ~ not,  and brackets; names with other signs in double quotes"
+            )
+        )
+        column.addWidget(self.criterion)
+        row = QtWidgets.QHBoxLayout()
+        row.addWidget(QtWidgets.QLabel(translate("draw at most")))
+        self.max_rays = QtWidgets.QSpinBox()
+        self.max_rays.setRange(1, 1_000_000)
+        self.max_rays.setValue(1000)
+        self.max_rays.setSuffix(translate(" rays"))
+        row.addWidget(self.max_rays, 1)
+        self.apply_button = QtWidgets.QPushButton(QtGui.QIcon(icon("ask")), translate("Apply"))
+        self.apply_button.clicked.connect(self.apply)
+        row.addWidget(self.apply_button)
+        column.addLayout(row)
+        return column
+
+    # -- which study --------------------------------------------------------------------------------------------------
+
+    def show_study(self, study):
+        """Show a study; its last criterion and what can be asked of it."""
+        key = (study.Document.Name, study.Name)
+        session = self.sessions.get(key)
+        if session is None or session.study() is None:
+            session = self.sessions[key] = self._connected(StudySession(study, self))
+        if session is not self._session:
+            self._session = session
+            result = result_of(study)
+            self._fill_criteria(study, result)
+            if result is not None:
+                self.max_rays.setValue(result.MaxRays)
+            for label in (self.error, self.counts, self.status):
+                label.setText("")
+            self.report.clear()
+        self.refresh()
+        return session
+
+    def _connected(self, session):
+        slots = {
+            session.run_started: self._run_started,
+            session.progressed: self._progressed,
+            session.noted: self.status.setText,
+            session.run_ended: self._run_ended,
+            session.counted: self._counted,
+            session.reported: self._reported,
+            session.refused: self._refused,
+        }
+        for signal, slot in slots.items():
+            signal.connect(lambda *args, slot=slot: slot(*args) if session is self._session else None)
+        return session
+
+    def _fill_criteria(self, study, result):
+        past = list(result.History) if result is not None else []
+        texts = list(dict.fromkeys(past + examples.criteria(study)))
+        self.criterion.clear()
+        self.criterion.addItems(texts)
+        self.criterion.setEditText(result.Criterion if result is not None else "true")
+
+    def study(self):
+        """The study that is shown; None if there is none."""
+        return self._session.study() if self._session is not None else None
+
+    def refresh(self):
+        """Bring title and buttons up to date."""
+        if self.study() is None:
+            self._session = None
+        study = self.study()
+        running = self._session is not None and self._session.is_running()
+        result = result_of(study) if study is not None else None
+        has_map = result is not None and bool(result.MapPath)
+        self.title.setText(_title(study, result))
+        self.run_button.setEnabled(study is not None and not running)
+        self.cancel_button.setEnabled(running)
+        for widget in (self.apply_button, self.criterion):
+            widget.setEnabled(has_map)
+        if not running and not has_map:
+            self.progress.setValue(0)
+
+    def _document_checked(self, name):
+        study = self.study()
+        if study is None or study.Document.Name == name:
+            self.refresh()
+
+    # -- run ----------------------------------------------------------------------------------------------------------
+
+    def run(self):
+        """Start a run of the shown study."""
+        if self._session is None and active_study() is not None:
+            self.show_study(active_study())
+        if self._session is None:
+            self._fault(translate("There is no study; make one first."))
+            return
+        try:
+            self._session.run()
+        except WorkbenchError as error:
+            self._fault(str(error))
+
+    def cancel(self):
+        """End the run."""
+        if self._session is not None:
+            self._session.cancel()
+
+    def _run_started(self):
+        self.progress.setValue(0)
+        self._say(translate("Starting the tracer ..."))
+        self.refresh()
+
+    def _progressed(self, rays, of, remaining_s):
+        self.progress.setValue(int(1000 * rays / of) if of else 0)
+        left = f", about {_duration(remaining_s)} left" if remaining_s else ""
+        self._say(f"{_count(rays)} of {_count(of)} rays{left}")
+
+    def _run_ended(self, outcome):
+        if outcome.state == DONE:
+            self.progress.setValue(1000)
+            self._say(_summary(outcome.summary), GOOD)
+        elif outcome.state == CANCELLED:
+            self._say(outcome.text, WARNING)
+        else:
+            self._fault(outcome.text)
+        self.refresh()
+        study = self.study()
+        if study is not None and outcome.map_folder and outcome.state in (DONE, CANCELLED):
+            self._fill_criteria(study, result_of(study))
+            self.apply()
+
+    def _say(self, text, colour=""):
+        self.status.setStyleSheet(f"color: {colour}" if colour else "")
+        self.status.setText(text)
+
+    def _fault(self, text):
+        FreeCAD.Console.PrintError(f"Ray Maps: {text}\n") if text not in self.status.text() else None
+        self._say(text, BAD)
+
+    # -- ask ----------------------------------------------------------------------------------------------------------
+
+    def apply(self):
+        """Ask for the rays that match the criterion."""
+        if self._session is None:
+            return
+        self.error.setText("")
+        try:
+            self._session.ask(self.criterion.currentText(), self.max_rays.value())
+        except WorkbenchError as error:
+            self._refused(str(error))
+
+    def _counted(self, answer):
+        share = 100.0 * answer["rays"] / answer["scanned"] if answer["scanned"] else 0.0
+        flux = f"{answer['flux_w']:.4g} ± {answer['flux_stderr_w']:.2g} W"
+        self.counts.setText(
+            f"<b>{_count(answer['rays'])}</b> of {_count(answer['scanned'])} rays match ({share:.3g} %), "
+            f"emitted with <b>{flux}</b>"
+        )
+        if self.criterion.findText(answer["criterion"]) < 0:
+            text = self.criterion.currentText()
+            self.criterion.insertItem(0, answer["criterion"])
+            self.criterion.setEditText(text)
+
+    def _reported(self, answer):
+        self.report.setHtml(report.html(answer))
+
+    def _refused(self, text):
+        self.error.setText(text)
+
+    def close_sessions(self):
+        """End all processes; the main window calls this when it closes."""
+        for session in self.sessions.values():
+            session.close()
+        self.sessions, self._session = {}, None
+
+
+def find():
+    """The dock panel; None if it was not made yet."""
+    return FreeCADGui.getMainWindow().findChild(QtWidgets.QDockWidget, NAME)
+
+
+def show(obj=None):
+    """Show the dock panel with the study of an object, else with the active study; returns the panel."""
+    window = FreeCADGui.getMainWindow()
+    dock = find()
+    if dock is None:
+        dock = RayMapsDock(window)
+        window.addDockWidget(QtCore.Qt.RightDockWidgetArea, dock)
+        QtCore.QCoreApplication.instance().aboutToQuit.connect(dock.close_sessions)
+    study = (study_of(obj) if obj is not None else None) or active_study()
+    if study is not None:
+        dock.show_study(study)
+    dock.refresh()
+    dock.show()
+    dock.raise_()
+    return dock
+
+
+def _title(study, result):
+    if study is None:
+        return translate("No study. Make one with <i>New study</i>, tag bodies and faces, and run it.")
+    name = f"<b>{study.Label}</b>"
+    if result is None or not result.MapPath:
+        return f"{name} &nbsp; " + translate("not simulated yet")
+    rays = f"{_count(result.Rays)} rays" if result.Rays else translate("simulated")
+    if result.Stale:
+        note = translate("stale: the document has changed since; run again")
+        return f"{name} &nbsp; {rays} &nbsp; <span style='color:{WARNING}'>&#9888; {note}</span>"
+    return f"{name} &nbsp; {rays} &nbsp; <span style='color:{GOOD}'>{translate('up to date')}</span>"
+
+
+def _summary(done):
+    parts = [f"{_count(done.get('rays', 0))} rays, {_count(done.get('events', 0))} events in {_duration(done.get('elapsed_s', 0))}."]
+    emitted = done.get("emitted_w") or 0
+    if emitted:
+        shares = [(word, done.get(f"{word}_w", 0) / emitted) for word in ("absorbed", "escaped", "killed")]
+        parts.append(", ".join(f"{100 * share:.3g} % {word}" for word, share in shares) + ".")
+    return " ".join(parts)
+
+
+def _count(n):
+    return f"{int(n):,}".replace(",", "\u202f")
+
+
+def _duration(seconds):
+    return f"{seconds:.1f} s" if seconds < 60 else f"{int(seconds // 60)} min {int(seconds % 60)} s"
+
+
+def _wrapped_label(colour=""):
+    label = QtWidgets.QLabel()
+    label.setWordWrap(True)
+    label.setTextInteractionFlags(QtCore.Qt.TextSelectableByMouse)
+    if colour:
+        label.setStyleSheet(f"color: {colour}")
+    return label
+
+
+def _separator():
+    line = QtWidgets.QFrame()
+    line.setFrameShape(QtWidgets.QFrame.HLine)
+    line.setFrameShadow(QtWidgets.QFrame.Sunken)
+    return line

@@ -1,0 +1,223 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""What goes on with one study: its run, and the process that answers questions about its map."""
+
+import os
+import tempfile
+
+import FreeCAD
+
+from raymaps_wb.compat import QtCore, user_data_folder
+from raymaps_wb.errors import TracerError, WorkbenchError
+from raymaps_wb.export.check import check_study
+from raymaps_wb.export.writer import export_study, file_stem
+from raymaps_wb.gui.active import Transaction
+from raymaps_wb.gui.staleness import update_stale
+from raymaps_wb.objects.result import make_result, map_folder, result_of, set_map_folder
+from raymaps_wb.tracer.server import MapServer
+from raymaps_wb.tracer.trace import DONE, FAILED, TraceRun
+
+REPORTED_RAYS = 50
+MAX_SEGMENTS = 100_000
+
+
+class StudySession(QtCore.QObject):
+    """Run and questions of a study. Everything arrives as signals; nothing waits.
+
+    Signals: ``run_started()``; ``progressed(rays, of, remaining_s)``; ``noted(str)``; ``run_ended(Outcome)``;
+    ``asked()``; ``counted(dict)`` with the answer to query; ``drawn(dict)`` with that to overlay; ``reported(dict)`` with
+    that to report; ``refused(str)`` when a question failed, with one sentence.
+    """
+
+    run_started = QtCore.Signal()
+    progressed = QtCore.Signal(object, object, object)
+    noted = QtCore.Signal(str)
+    run_ended = QtCore.Signal(object)
+    asked = QtCore.Signal()
+    counted = QtCore.Signal(object)
+    drawn = QtCore.Signal(object)
+    reported = QtCore.Signal(object)
+    refused = QtCore.Signal(str)
+
+    def __init__(self, study, parent=None):
+        super().__init__(parent)
+        self._document, self._study = study.Document.Name, study.Name
+        self._run, self._server, self._fingerprint, self._question = None, None, "", 0
+        self._scratch = tempfile.TemporaryDirectory(prefix="raymaps-")
+
+    def study(self):
+        """The study; None if it or its document is gone."""
+        if self._document not in FreeCAD.listDocuments():
+            return None
+        return FreeCAD.getDocument(self._document).getObject(self._study)
+
+    def is_running(self):
+        """Whether a run goes on."""
+        return self._run is not None and self._run.is_running()
+
+    def run_process_id(self):
+        """The operating system's number of the tracing process; 0 if there is none."""
+        return self._run.process.process_id() if self.is_running() else 0
+
+    def server_process_id(self):
+        """The operating system's number of the answering process; 0 if there is none."""
+        return self._server.process_id() if self._server is not None else 0
+
+    # -- run ----------------------------------------------------------------------------------------------------------
+
+    def run(self):
+        """Export and start the tracer; returns when it is started.
+
+        Raises
+        ------
+        WorkbenchError
+            If the study has a fault, can't be exported, or the tracer is not set up.
+        """
+        if self.is_running():
+            raise TracerError("A run of this study goes on; cancel it first or wait.")
+        study = self.study()
+        blocking = [problem for problem in check_study(study, distances=False) if problem.blocks]
+        if blocking:
+            more = f" ({len(blocking) - 1} more; use Check study)" if len(blocking) > 1 else ""
+            raise WorkbenchError(blocking[0].text + more)
+        folder = run_folder(study)
+        exported = export_study(study, folder, progress=self._breathe)
+        self._fingerprint = exported.fingerprint
+        self._run = TraceRun(exported.path, free_map_folder(folder, file_stem(study.Label)), self)
+        self._run.progressed.connect(self.progressed)
+        self._run.noted.connect(self.noted)
+        self._run.ended.connect(self._ended)
+        self._run.start()
+        self.run_started.emit()
+
+    def cancel(self):
+        """End the run; what it traced so far becomes the result."""
+        if self.is_running():
+            self._run.cancel()
+
+    def _breathe(self, done, of):
+        self.noted.emit(f"Exporting body {done} of {of}")
+        QtCore.QCoreApplication.processEvents(QtCore.QEventLoop.ExcludeUserInputEvents)
+
+    def _ended(self, outcome):
+        self._run = None
+        study = self.study()
+        if outcome.state == FAILED:
+            FreeCAD.Console.PrintError(f"Ray Maps: {outcome.text}\n")
+        if study is not None and outcome.map_folder and outcome.state != FAILED:
+            self._keep(study, outcome)
+        self.run_ended.emit(outcome)
+
+    def _keep(self, study, outcome):
+        """Make the new map the study's result."""
+        with Transaction(study.Document, "Ray Maps: result of a run"):
+            result = result_of(study) or make_result(study.Document, study)
+            set_map_folder(result, outcome.map_folder)
+            result.Fingerprint = self._fingerprint
+            result.Rays = int(outcome.summary.get("rays", 0))
+            result.Events = int(outcome.summary.get("events", 0))
+            result.MatchingRays, result.FluxW, result.FluxStderrW = 0, 0.0, 0.0
+        update_stale(study)
+        if outcome.state != DONE:
+            FreeCAD.Console.PrintWarning(f"Ray Maps: {outcome.text}\n")
+        self._close_server()
+
+    # -- questions ----------------------------------------------------------------------------------------------------
+
+    def ask(self, criterion, max_rays):
+        """Count, draw and report the matching rays; the answers arrive as signals.
+
+        Raises
+        ------
+        WorkbenchError
+            If there is no map, or the tracer is not set up.
+        """
+        server = self._server_of_result()
+        self._question += 1
+        criterion = criterion.strip() or "true"
+        overlay_file = os.path.join(self._scratch.name, f"overlay-{self._question % 2}.bin")
+        overlay = {"criterion": criterion, "max_rays": max_rays, "max_segments": MAX_SEGMENTS, "file": overlay_file}
+        report = {"criterion": criterion, "limit": min(max_rays, REPORTED_RAYS)}
+        current = self._only_latest(self._question)
+        self.asked.emit()
+        server.ask("overlay", overlay, current(self._draw), current(self._refuse))
+        server.ask("query", {"criterion": criterion}, current(lambda a: self._count(criterion, max_rays, a)), lambda text: None)
+        server.ask("report", report, current(self.reported.emit), lambda text: None)
+
+    def info(self, on_result):
+        """Ask what the map holds; the answer goes to a callback."""
+        self._server_of_result().ask("info", {}, on_result, self.refused.emit)
+
+    def close(self):
+        """End all processes."""
+        self.cancel()
+        self._close_server()
+        self._scratch.cleanup()
+
+    def _server_of_result(self):
+        study = self.study()
+        result = result_of(study) if study is not None else None
+        folder = map_folder(result) if result is not None else ""
+        if not folder:
+            raise TracerError("There is no map yet; run the study first.")
+        if not os.path.isdir(folder):
+            raise TracerError(f"The map '{folder}' is not there any more; run the study again.")
+        if self._server is None or self._server.map_folder != folder:
+            self._close_server()
+            self._server = MapServer(folder, self)
+        return self._server
+
+    def _close_server(self):
+        if self._server is not None:
+            self._server.close()
+            self._server = None
+
+    def _only_latest(self, question):
+        """Callbacks that do nothing once a newer question was asked."""
+
+        def current(callback):
+            return lambda answer: callback(answer) if question == self._question else None
+
+        return current
+
+    def _refuse(self, text):
+        self.refused.emit(text)
+
+    def _draw(self, answer):
+        study = self.study()
+        result = result_of(study) if study is not None else None
+        if result is None:
+            return
+        try:
+            result.ViewObject.Proxy.show_overlay(result.ViewObject, answer["file"], int(answer["segments"]))
+        except TracerError as error:
+            self.refused.emit(str(error))
+            return
+        self.drawn.emit(answer)
+
+    def _count(self, criterion, max_rays, answer):
+        study = self.study()
+        result = result_of(study) if study is not None else None
+        if result is not None:
+            result.Criterion, result.MaxRays = criterion, max_rays
+            result.History = [criterion, *(text for text in result.History if text != criterion)][:20]
+            result.MatchingRays = int(answer["rays"])
+            result.FluxW, result.FluxStderrW = float(answer["flux_w"]), float(answer["flux_stderr_w"])
+            result.Rays = int(answer["scanned"])
+        self.counted.emit(answer)
+
+
+def run_folder(study):
+    """Where scenes and maps of a study are kept: beside the saved document, else in the user's data folder."""
+    path = study.Document.FileName
+    if path and os.access(os.path.dirname(path), os.W_OK):
+        stem = os.path.splitext(os.path.basename(path))[0]
+        return os.path.join(os.path.dirname(path), stem + ".raymaps")
+    return os.path.join(user_data_folder(), "runs", file_stem(study.Document.Label))
+
+
+def free_map_folder(folder, stem):
+    """A map folder that does not exist yet: runs never overwrite each other."""
+    n = 1
+    while os.path.exists(os.path.join(folder, f"{stem}-{n:03d}.raymap")):
+        n += 1
+    return os.path.join(folder, f"{stem}-{n:03d}.raymap")

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""A task panel that shows an object's properties, and only those that matter for its kind."""
+
+import FreeCAD
+import FreeCADGui
+
+from raymaps_wb.compat import QtGui, QtWidgets, primary_selection, translate
+from raymaps_wb.paths import icon
+from raymaps_wb.taskpanels.editors import EDITORS, label_of
+
+
+class ObjectPanel:
+    """Edits a document object as one step of undo: OK commits, Cancel takes everything back."""
+
+    ICON = "raymaps"
+    TITLE = ""
+    LEFT_OUT = ()
+
+    def __init__(self, obj):
+        self.obj = obj
+        self.form = QtWidgets.QWidget()
+        self.form.setWindowTitle(self.TITLE or obj.Label)
+        self.form.setWindowIcon(QtGui.QIcon(icon(self.ICON)))
+        self.layout = QtWidgets.QFormLayout(self.form)
+        self._name = QtWidgets.QLineEdit(obj.Label)
+        self.layout.addRow(translate("Name"), self._name)
+        self.editors, self._labels = {}, {}
+        for prop in obj.Proxy.PROPERTIES:
+            editor_class = EDITORS.get(prop.kind)
+            if editor_class is None or prop.hidden or prop.read_only or prop.name in self.LEFT_OUT:
+                continue
+            self._add(prop, editor_class(obj, prop))
+        self.add_rows()
+        self._message = QtWidgets.QLabel()
+        self._message.setWordWrap(True)
+        self._message.setStyleSheet("color: #b00020")
+        self.layout.addRow(self._message)
+        if "Kind" in self.editors:
+            self.editors["Kind"].changed.connect(self.show_for_kind)
+            self.show_for_kind(obj.Kind)
+
+    def _add(self, prop, editor):
+        label = QtWidgets.QLabel(label_of(prop))
+        for widget in (label, editor.widget):
+            widget.setToolTip(prop.text)
+        self.layout.addRow(label, editor.widget)
+        self.editors[prop.name], self._labels[prop.name] = editor, label
+
+    def add_rows(self):
+        """For rows of a panel's own."""
+
+    def shown(self, prop, kind):
+        """Whether a property matters for a kind."""
+        return not prop.shown_for or kind in prop.shown_for
+
+    def show_for_kind(self, kind):
+        """Hide what does not matter for a kind."""
+        for prop in self.obj.Proxy.PROPERTIES:
+            if prop.name in self.editors:
+                visible = self.shown(prop, kind)
+                self.editors[prop.name].widget.setVisible(visible)
+                self._labels[prop.name].setVisible(visible)
+
+    def write(self):
+        """Write all editors to the object; raises ValueError in words."""
+        self.obj.Label = self._name.text().strip() or self.obj.Label
+        for editor in self.editors.values():
+            editor.write(self.obj)
+
+    def accept(self):
+        document = self.obj.Document
+        document.openTransaction(f"Ray Maps: edit {self.obj.Label}")
+        try:
+            self.write()
+        except ValueError as error:
+            document.abortTransaction()
+            self._message.setText(str(error))
+            return False
+        document.commitTransaction()
+        document.recompute()
+        FreeCADGui.getDocument(document.Name).resetEdit()
+        return True
+
+    def reject(self):
+        FreeCADGui.getDocument(self.obj.Document.Name).resetEdit()
+        return True
+
+    def getStandardButtons(self):
+        buttons = QtWidgets.QDialogButtonBox.Ok | QtWidgets.QDialogButtonBox.Cancel
+        return int(getattr(buttons, "value", buttons))
+
+    def add_placement_row(self, facing):
+        """A row that tells how to place the object, and a button that puts it on the selected face.
+
+        ``facing`` 1: the object's z axis points out of the face; -1: into it.
+        """
+        button = QtWidgets.QPushButton(translate("Put on selected face"))
+        button.setToolTip(translate("Moves it to the middle of the face selected in the 3D view, along its normal"))
+        button.clicked.connect(lambda: self._put_on_face(facing))
+        self.layout.addRow(translate("Placement"), button)
+        return button
+
+    def _put_on_face(self, facing):
+        placement = placement_on_selected_face(facing)
+        if placement is None:
+            self._message.setText(translate("Select a face in the 3D view first."))
+            return
+        self._message.setText("")
+        self.obj.Document.openTransaction(f"Ray Maps: place {self.obj.Label}")
+        self.obj.Placement = placement
+        self.obj.Document.commitTransaction()
+
+
+def placement_on_selected_face(facing=1, gap_mm=0.05):
+    """Placement in the middle of the selected face, its z axis along the outward normal; None without a face."""
+    from raymaps_wb.errors import ExportError
+    from raymaps_wb.export.bodies import resolve, shape_of
+
+    for target, sub in primary_selection():
+        try:
+            picked = resolve(target, sub)
+        except ExportError:
+            continue
+        place, name = picked[0]
+        if name is None:
+            continue
+        face = shape_of(place).Faces[int(name[4:]) - 1]
+        middle = face.CenterOfMass
+        normal = face.normalAt(*face.Surface.parameter(middle))
+        rotation = FreeCAD.Rotation(FreeCAD.Vector(0, 0, 1), normal * facing)
+        return FreeCAD.Placement(middle + normal * gap_mm, rotation)
+    return None

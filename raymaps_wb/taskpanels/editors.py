@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""A widget for each kind of property. An editor has ``widget`` and ``write(obj)``, which raises ValueError in words."""
+
+import FreeCADGui
+
+from raymaps_wb.compat import QtGui, QtWidgets, primary_selection, translate
+from raymaps_wb.objects.references import reference_list, set_references
+
+
+class NumberEditor:
+    """A number with all its digits."""
+
+    def __init__(self, obj, prop):
+        self.prop = prop
+        self.widget = QtWidgets.QLineEdit(f"{getattr(obj, prop.name):.12g}")
+        self.widget.setValidator(QtGui.QDoubleValidator(self.widget))
+
+    def write(self, obj):
+        setattr(obj, self.prop.name, _number(self.widget.text(), self.prop))
+
+
+class IntegerEditor:
+    """A whole number."""
+
+    def __init__(self, obj, prop):
+        self.prop = prop
+        self.widget = QtWidgets.QSpinBox()
+        self.widget.setRange(0, 2**31 - 1)
+        self.widget.setGroupSeparatorShown(True)
+        self.widget.setValue(getattr(obj, prop.name))
+
+    def write(self, obj):
+        setattr(obj, self.prop.name, self.widget.value())
+
+
+class QuantityEditor:
+    """A length or an angle in the user's units."""
+
+    def __init__(self, obj, prop):
+        self.prop = prop
+        self.widget = FreeCADGui.UiLoader().createWidget("Gui::QuantitySpinBox")
+        self.widget.setProperty("value", getattr(obj, prop.name))
+
+    def write(self, obj):
+        setattr(obj, self.prop.name, self.widget.property("value"))
+
+
+class ChoiceEditor:
+    """One of several words; ``changed`` tells of another."""
+
+    def __init__(self, obj, prop):
+        self.prop = prop
+        self.widget = QtWidgets.QComboBox()
+        self.widget.addItems(list(prop.choices))
+        self.widget.setCurrentText(getattr(obj, prop.name))
+        self.changed = self.widget.currentTextChanged
+
+    def write(self, obj):
+        setattr(obj, self.prop.name, self.widget.currentText())
+
+
+class NumbersEditor:
+    """One number, or several with blanks between them."""
+
+    def __init__(self, obj, prop):
+        self.prop = prop
+        self.widget = QtWidgets.QLineEdit(" ".join(f"{value:.12g}" for value in getattr(obj, prop.name)))
+        self.widget.setPlaceholderText(translate("one value, or red green blue"))
+
+    def write(self, obj):
+        words = self.widget.text().replace(";", " ").split()
+        setattr(obj, self.prop.name, [_number(word, self.prop) for word in words])
+
+
+class ReferencesEditor:
+    """Bodies and faces picked in the 3D view."""
+
+    def __init__(self, obj, prop):
+        self._own = obj
+        self._pairs = reference_list(obj)
+        self.widget = QtWidgets.QWidget()
+        layout = QtWidgets.QVBoxLayout(self.widget)
+        layout.setContentsMargins(0, 0, 0, 0)
+        self._list = QtWidgets.QListWidget()
+        self._list.setMaximumHeight(120)
+        self._list.setSelectionMode(QtWidgets.QAbstractItemView.ExtendedSelection)
+        layout.addWidget(self._list)
+        buttons = QtWidgets.QHBoxLayout()
+        layout.addLayout(buttons)
+        for text, action in ((translate("Add selection"), self._add), (translate("Remove"), self._remove)):
+            button = QtWidgets.QPushButton(text)
+            button.clicked.connect(action)
+            buttons.addWidget(button)
+        self._show()
+
+    def write(self, obj):
+        set_references(obj, self._pairs)
+
+    def _add(self):
+        for pair in primary_selection():
+            if pair not in self._pairs and pair[0] is not self._own and not pair[0].TypeId.startswith("App::Geometry"):
+                self._pairs.append(pair)
+        self._show()
+
+    def _remove(self):
+        gone = {self._list.row(item) for item in self._list.selectedItems()}
+        self._pairs = [pair for i, pair in enumerate(self._pairs) if i not in gone]
+        self._show()
+
+    def _show(self):
+        self._list.clear()
+        self._list.addItems([reference_text(target, sub) for target, sub in self._pairs])
+
+
+def reference_text(target, sub):
+    """A reference as people read it: labels instead of internal names."""
+    element = "" if sub.endswith(".") else sub.split(".")[-1]
+    chain = target.getSubObjectList(sub) if sub else [target]
+    labels = [obj.Label for obj in chain] or [target.Label]
+    return " / ".join(labels + ([element] if element else []))
+
+
+def _number(text, prop):
+    try:
+        return float(text.replace(",", "."))
+    except ValueError:
+        raise ValueError(f"{label_of(prop)}: '{text}' is not a number.") from None
+
+
+def label_of(prop):
+    """Name of a property as a label: FluxW becomes "Flux (W)", AbsorptionPerMm "Absorption (1/mm)"."""
+    special = {
+        "FluxW": "Flux (W)",
+        "AbsorptionPerMm": "Absorption (1/mm)",
+        "RGB": "Colour (R G B)",
+        "References": "Bodies and faces",
+        "ResolutionX": "Cells along width",
+        "ResolutionY": "Cells along height",
+    }
+    if prop.name in special:
+        return translate(special[prop.name])
+    words = "".join(f" {c.lower()}" if c.isupper() else c for c in prop.name).strip()
+    return translate(words[:1].upper() + words[1:])
+
+
+EDITORS = {
+    "App::PropertyFloat": NumberEditor,
+    "App::PropertyInteger": IntegerEditor,
+    "App::PropertyLength": QuantityEditor,
+    "App::PropertyAngle": QuantityEditor,
+    "App::PropertyEnumeration": ChoiceEditor,
+    "App::PropertyFloatList": NumbersEditor,
+    "App::PropertyXLinkSubList": ReferencesEditor,
+}

@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""StudyPanel: the settings of a study."""
+
+from raymaps_wb.compat import QtWidgets, translate
+from raymaps_wb.objects.medium import Medium
+from raymaps_wb.objects.study import members
+from raymaps_wb.taskpanels.base import ObjectPanel
+
+
+class StudyPanel(ObjectPanel):
+    """Rays, seed, limits, fineness of the triangles, and the medium around everything."""
+
+    ICON = "study"
+    TITLE = translate("Study")
+
+    def add_rows(self):
+        self._media = members(self.obj, Medium.TYPE)
+        self._ambient = QtWidgets.QComboBox()
+        self._ambient.addItems([translate("vacuum"), *(medium.Label for medium in self._media)])
+        if self.obj.AmbientMedium in self._media:
+            self._ambient.setCurrentIndex(1 + self._media.index(self.obj.AmbientMedium))
+        self.layout.addRow(translate("Medium outside all bodies"), self._ambient)
+
+    def write(self):
+        super().write()
+        index = self._ambient.currentIndex()
+        self.obj.AmbientMedium = self._media[index - 1] if index > 0 else None

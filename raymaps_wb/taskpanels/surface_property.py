@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""SurfacePropertyPanel: edits a surface property."""
+
+from raymaps_wb.compat import QtWidgets, translate
+from raymaps_wb.objects.study import members, study_of
+from raymaps_wb.objects.surface_property import SurfaceProperty
+from raymaps_wb.taskpanels.base import ObjectPanel
+
+
+class SurfacePropertyPanel(ObjectPanel):
+    """Kind, coefficients, faces; for a mixture the weight of each of the study's other properties."""
+
+    ICON = "surface_property"
+    TITLE = translate("Surface property")
+    LEFT_OUT = ("Parts", "Weights")
+
+    def add_rows(self):
+        study = study_of(self.obj)
+        others = members(study, SurfaceProperty.TYPE) if study is not None else []
+        self._others = [other for other in others if other is not self.obj and other.Kind != "Mixture"]
+        weights = dict(zip([part.Name for part in self.obj.Parts], self.obj.Weights, strict=False))
+        self._table = QtWidgets.QTableWidget(len(self._others), 2)
+        self._table.setHorizontalHeaderLabels([translate("Property"), translate("Weight")])
+        self._table.verticalHeader().hide()
+        self._table.setMaximumHeight(150)
+        for row, other in enumerate(self._others):
+            self._table.setItem(row, 0, QtWidgets.QTableWidgetItem(other.Label))
+            self._table.setItem(row, 1, QtWidgets.QTableWidgetItem(f"{weights.get(other.Name, 0.0):.6g}"))
+        self._table_label = QtWidgets.QLabel(translate("Mixture (weights add up to 1)"))
+        self.layout.insertRow(2, self._table_label, self._table)
+
+    def show_for_kind(self, kind):
+        super().show_for_kind(kind)
+        for widget in (self._table, self._table_label):
+            widget.setVisible(kind == "Mixture")
+
+    def write(self):
+        super().write()
+        if self.obj.Kind != "Mixture":
+            return
+        parts, weights = [], []
+        for row, other in enumerate(self._others):
+            text = self._table.item(row, 1).text().replace(",", ".")
+            try:
+                weight = float(text or 0)
+            except ValueError:
+                raise ValueError(f"Weight of '{other.Label}': '{text}' is not a number.") from None
+            if weight:
+                parts.append(other)
+                weights.append(weight)
+        self.obj.Parts, self.obj.Weights = parts, weights
