@@ -229,12 +229,12 @@ class _EventLog:
             np.empty(n, np.uint8), np.empty(n, np.int32), np.empty(n, np.int16),
             np.empty((n, 3), self._position_type), np.empty((n, 3), np.float32),
         )  # fmt: skip
-        for depth, (slots, *values) in enumerate(self._chunks):
-            rows = offsets[slots] + depth
-            for value, column in zip(values, columns, strict=True):
-                record.scatter(rows, value, column)
+        for depth, (slots, *chunk) in enumerate(self._chunks):
+            record.scatter(slots, offsets, depth, tuple(chunk), columns)
         crossings = np.concatenate([np.empty(0, CROSSING), *self._crossings])
-        crossings = crossings[np.lexsort((crossings["distance"], crossings["event"], crossings["slot"]))]
+        row = offsets[crossings["slot"]] + crossings["event"]
+        order = np.argsort(row, kind="stable")  # a merge of the depths, each of which is in order already
+        row, crossings = row[order], crossings[order]
         frame = self._compiled.frame
         xy = np.stack([crossings["x"], crossings["y"]], axis=1) * (frame.unit_mm / frame.grid_mm)
         angle = np.round(crossings["angle"] / ANGLE_STEP_RAD).astype(np.float32) * np.float32(ANGLE_STEP_RAD)
@@ -244,7 +244,7 @@ class _EventLog:
             registered[mine] = detector.accepts(angle[mine])
         return TracedPortion(
             first_ray, source, offsets, *columns,
-            crossing_row=offsets[crossings["slot"]] + crossings["event"],
+            crossing_row=row,
             crossing_detector=crossings["detector"].copy(),
             crossing_xy_mm=(np.round(xy) * frame.grid_mm).astype(np.float32),
             crossing_angle_rad=angle,

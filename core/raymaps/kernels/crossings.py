@@ -11,15 +11,16 @@ from raymaps.kernels.options import kernel
 
 __all__ = ["CROSSING", "run"]
 
-#: A crossing as it is found, in frame units; ``distance`` orders the crossings of a segment.
+#: A crossing as it is found, in frame units; ``part`` says where along its segment, from 0 to 1.
 CROSSING = np.dtype(
-    [("slot", "i4"), ("event", "i4"), ("detector", "i2"), ("distance", "f8"), ("x", "f8"), ("y", "f8"), ("angle", "f4")]
+    [("slot", "i4"), ("event", "i4"), ("x", "f8"), ("y", "f8"), ("part", "f8"), ("angle", "f4"), ("detector", "i2")],
+    align=True,
 )
 
 
 @kernel
 def run(active, wave, tables, depth, found):
-    """Find the crossings of the segments that end at event ``depth``.
+    """Find the crossings of the segments that end at event ``depth``, in the order of the rays and along each segment.
 
     Parameters
     ----------
@@ -33,6 +34,7 @@ def run(active, wave, tables, depth, found):
     n_detectors = len(tables.detector_center)
     for k in range(len(active)):
         i = active[k]
+        first_here = count
         for d in range(n_detectors):
             before = after = 0.0
             for axis in range(3):
@@ -45,20 +47,24 @@ def run(active, wave, tables, depth, found):
             x = y = cosine = 0.0
             for axis in range(3):
                 start, end = wave.position[i, axis], wave.end[i, axis]
-                at = start + part * (end - start) - tables.detector_center[d, axis]
-                x += at * tables.detector_axes[d, 0, axis]
-                y += at * tables.detector_axes[d, 1, axis]
+                offset = start + part * (end - start) - tables.detector_center[d, axis]
+                x += offset * tables.detector_axes[d, 0, axis]
+                y += offset * tables.detector_axes[d, 1, axis]
                 cosine -= wave.direction[i, axis] * tables.detector_axes[d, 2, axis]
             if abs(x) > tables.detector_half[d, 0] or abs(y) > tables.detector_half[d, 1]:
                 continue
             if count < len(found):
-                c = found[count]
+                at = count  # kept in the order along the segment
+                while at > first_here and found[at - 1].part > part:
+                    found[at] = found[at - 1]
+                    at -= 1
+                c = found[at]
                 c.slot = i
                 c.event = depth - 1
-                c.detector = d
-                c.distance = part * wave.distance[i]
                 c.x = x
                 c.y = y
+                c.part = part
                 c.angle = math.acos(min(1.0, max(-1.0, cosine)))
+                c.detector = d
             count += 1
     return count

@@ -66,7 +66,23 @@ def advance(active, wave, is_end):
 
 
 @kernel
-def scatter(rows, source, target):
-    """target[rows[k]] = source[k] for the values of one depth."""
-    for k in range(len(rows)):
-        target[rows[k]] = source[k]
+def scatter(slots, first_row, depth, chunk, columns):
+    """Put the events of one depth to their places: ray i's event is row ``first_row[i] + depth`` of the columns.
+
+    Parameters
+    ----------
+    slots : (n,) int32
+    first_row : (n_rays,) int64
+    depth : int
+    chunk, columns : tuples of kind, triangle, medium, position, light
+    """
+    kind, triangle, medium, position, light = chunk
+    to_kind, to_triangle, to_medium, to_position, to_light = columns
+    for k in range(len(slots)):
+        row = first_row[slots[k]] + depth
+        to_kind[row] = kind[k]
+        to_triangle[row] = triangle[k]
+        to_medium[row] = medium[k]
+        for a in range(3):
+            to_position[row, a] = position[k, a]
+            to_light[row, a] = light[k, a]

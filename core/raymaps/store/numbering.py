@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Compiled loops of the store: number the distinct signatures of a portion, and hash its rays.
+"""Compiled loops of the store: number the distinct signatures of a portion, hash its rays, sum where light went.
 
 A signature is a path through a trie: the root, the source, then a node a step. Rays that share a beginning share
 its nodes, so finding a ray's signature is a look-up a step.
@@ -10,7 +10,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-__all__ = ["hash_rays", "number_signatures"]
+__all__ = ["hash_rays", "number_signatures", "sum_light"]
 
 _compile = numba.njit(nogil=True, cache=True, error_model="numpy")
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
@@ -143,3 +143,26 @@ def hash_rays(first_ray, source, event_offsets, event_code, triangle, position_b
         low += h
         high += _mix(h ^ _GOLDEN)
     return low, high
+
+
+@_compile
+def sum_light(source, event_offsets, light, account, sums):
+    """Add the light that each event took, or that ended there, to the event's account.
+
+    Parameters
+    ----------
+    source, event_offsets : see `number_signatures`
+    light : (n_events, 3 bands) float32, after each event
+    account : (n_events,) int32
+        Account that the light lost at an event goes to; ``-1 - a`` if what is left after it goes to account a.
+    sums : (n_sources, n_accounts) float64, added to
+    """
+    for ray in range(len(source)):
+        before = 0.0
+        for row in range(event_offsets[ray], event_offsets[ray + 1]):
+            after = float(light[row, 0]) + float(light[row, 1]) + float(light[row, 2])
+            if account[row] < 0:
+                sums[source[ray], -1 - account[row]] += after
+            elif row > event_offsets[ray]:
+                sums[source[ray], account[row]] += before - after
+            before = after

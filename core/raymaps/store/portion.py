@@ -18,7 +18,7 @@ from raymaps.errors import MapError
 from raymaps.kinds import KILL_REASONS, EventKind
 from raymaps.names import Names
 from raymaps.store.columns import COLUMNS, REMEDY, read_columns, write_columns
-from raymaps.store.numbering import hash_rays, number_signatures
+from raymaps.store.numbering import hash_rays, number_signatures, sum_light
 from raymaps.store.signatures import NONE, SignatureTable
 
 __all__ = ["History", "LedgerEntry", "Portion", "PortionSummary", "write_portion"]
@@ -193,7 +193,7 @@ def write_portion(
             history.first_ray, n_rays, len(face), len(crossing_code), len(table),
             tuple(int(n) for n in np.bincount(history.source, minlength=n_sources)),
             (int(content[0]), int(content[1])),
-            _ledger(history, face, face_body),
+            _ledger(history, n_sources, face, face_body),
             {path.name: path.stat().st_size for path in sorted(making.iterdir())},
         )  # fmt: skip
         (making / SUMMARY_FILE).write_text(summary.to_json(), encoding="utf-8")
@@ -209,31 +209,38 @@ def _bits(values: NDArray[np.floating]) -> NDArray[Any]:
     return values.view(f"u{values.itemsize}")
 
 
-def _ledger(history: History, face: NDArray[np.int32], face_body: NDArray[np.int32]) -> tuple[LedgerEntry, ...]:
+def _ledger(
+    history: History, n_sources: int, face: NDArray[np.int32], face_body: NDArray[np.int32]
+) -> tuple[LedgerEntry, ...]:
     """Where each source's light went, summed over the portion's rays."""
-    kind = history.kind
-    source = np.repeat(history.source, np.diff(history.event_offsets))
-    after = history.light.astype(np.float64).sum(axis=1)
-    before = np.concatenate([[0.0], after[:-1]])
-    lost = np.where(kind == EventKind.EMISSION, 0.0, before - after)
-    entries: list[LedgerEntry] = []
-
-    def add(what: str, index: NDArray[np.integer], light: NDArray[np.float64], selected: NDArray[np.bool_]) -> None:
-        if not selected.any():
-            return
-        n = int(index[selected].max()) + 1
-        sums = np.bincount(source[selected].astype(np.int64) * n + index[selected], light[selected])
-        entries.extend(LedgerEntry(int(key // n), what, int(key % n), float(sums[key])) for key in np.flatnonzero(sums))
-
-    in_medium = kind == EventKind.MEDIUM_ABSORPTION
-    left = kind == EventKind.LEFT
-    killed = np.isin(kind, list(KILL_REASONS))
-    body = np.append(face_body, NONE)[face]
-    add("body", body, lost, (body >= 0) & ~in_medium & ~left & ~killed)
-    add("medium", history.medium, lost, in_medium)
-    add("escaped", np.zeros(len(kind), np.int64), after, left)
-    add("killed", kind, after, killed)
-    return tuple(entries)
+    n_bodies = int(face_body.max()) + 1 if len(face_body) else 0
+    n_media = int(history.medium.max()) + 1
+    accounts = [
+        *(("body", index) for index in range(n_bodies)),
+        *(("medium", index) for index in range(n_media)),
+        ("escaped", 0),
+        *(("killed", int(kind)) for kind in KILL_REASONS),
+    ]
+    # an event's account follows from its kind: light is lost to a body or a medium, or ends outside or killed
+    by_body, by_medium, at_end = np.zeros(256, bool), np.zeros(256, bool), np.zeros(256, np.int32)
+    by_body[list(EventKind)] = True
+    by_body[EventKind.MEDIUM_ABSORPTION] = False
+    by_medium[EventKind.MEDIUM_ABSORPTION] = True
+    for index, (what, kind) in enumerate(accounts):
+        if what in ("escaped", "killed"):
+            end = EventKind.LEFT if what == "escaped" else kind
+            by_body[end], at_end[end] = False, -1 - index
+    account = at_end[history.kind]
+    on_body = by_body[history.kind] & (face >= 0)
+    account[on_body] = face_body[face[on_body]]
+    in_medium = by_medium[history.kind]
+    account[in_medium] = n_bodies + history.medium[in_medium]
+    sums = np.zeros((n_sources, len(accounts)))
+    sum_light(history.source, history.event_offsets, history.light, account, sums)
+    return tuple(
+        LedgerEntry(int(source), *accounts[index], light=float(sums[source, index]))
+        for source, index in zip(*np.nonzero(sums), strict=True)
+    )
 
 
 class Portion:
