@@ -63,9 +63,10 @@ def _draw_cells(figure: Figure, axes: Axes, detector_map: DetectorMap) -> None:
     brightest = float(irradiance.max()) if irradiance.count() else 0.0
     lit = irradiance.compressed()[irradiance.compressed() > 0]
     logarithmic = len(lit) > 0 and brightest > _LOGARITHMIC_FROM * float(np.median(lit))
-    norm = LogNorm(brightest * 10.0**-_DECADES, brightest) if logarithmic else Normalize(0.0, brightest or 1.0)
+    darkest = brightest * 10.0**-_DECADES if logarithmic else 0.0
+    norm = LogNorm(darkest, brightest) if logarithmic else Normalize(0.0, brightest or 1.0)
     image = axes.imshow(
-        irradiance,
+        np.ma.maximum(irradiance, 0.5 * darkest),  # a logarithm of 0 would look like no cell at all
         origin="lower",
         extent=(-half_width, half_width, -half_height, half_height),
         cmap=colours,
