@@ -39,10 +39,10 @@ def lens(document):
 
 
 def barrel(document):
-    """A tube with a stop before the lens, a ledge behind it, two baffles and a back wall."""
+    """A tube with a stop before the lens, a ledge behind it, a baffle and a back wall."""
     inner = [(12.6, -28), (12.6, -9), (10.5, -8.5), (10.5, -8), (12.6, -7.5)]
     inner += [(12.6, 3.5), (11.5, 3.6), (11.5, 5), (14, 5.5)]
-    for z in (20, 34):
+    for z in (20,):
         inner += [(14, z), (11, z + 0.3), (11, z + 0.5), (14, z + 0.8)]
     inner += [(14, 56), (0, 56), (0, 58), (16, 58), (16, -28), (12.6, -28)]
     return body_of_revolution(document, "Barrel", polygon_edges(inner))
@@ -69,7 +69,7 @@ def main():
     gloss = make_surface_property(document, study, "gloss", "Mirror")
     gloss.Reflectance = [0.9]
     paint = make_surface_property(document, study, "black_paint", "Mixture")
-    paint.Parts, paint.Weights = [absorbing, matte, gloss], [0.93, 0.05, 0.02]
+    paint.Parts, paint.Weights = [absorbing, matte, gloss], [0.9, 0.08, 0.02]
     add_references(paint, [(tube, "")])
     silicon = make_surface_property(document, study, "silicon", "Mirror")
     silicon.Reflectance = [0.25, 0.2, 0.3]
