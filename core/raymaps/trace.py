@@ -26,8 +26,6 @@ __all__ = ["RunKey", "TracedPortion", "Tracer", "Wave"]
 
 #: How often a search may be taken up again behind a hit that lies where the ray stands.
 MAX_SEARCHES = 16
-#: Step to which stored crossing angles are rounded: 0.0002 degrees, far below what a detector tells apart.
-ANGLE_STEP_RAD = 2.0**-18
 #: Effects that act on the way, before the surface that a ray arrives on is looked up.
 _ON_THE_WAY = ("medium_absorption", "crossings")
 
@@ -87,7 +85,7 @@ class TracedPortion:
         Row of the event that starts the crossing segment.
     crossing_detector : (n_crossings,) int16
     crossing_xy_mm : (n_crossings, 2) float32, on the frame's grid
-    crossing_angle_rad : (n_crossings,) float32, a multiple of `ANGLE_STEP_RAD`
+    crossing_angle_rad : (n_crossings,) float32, a multiple of `raymaps.kernels.crossings.ANGLE_STEP_RAD`
     crossing_registered : (n_crossings,) bool
     """
 
@@ -214,10 +212,11 @@ class _EventLog:
     def cross(self, crossings: ModuleType, active: NDArray[np.int32], wave: Wave, depth: int) -> None:
         """Find and keep the detector crossings of the segments that end at this depth."""
         found = np.empty(len(active), CROSSING)
-        count = crossings.run(active, wave, self._compiled.tables, depth, found)
+        compiled = self._compiled
+        count = crossings.run(active, wave, compiled.tables, compiled.frame, depth, found)
         if count > len(found):
             found = np.empty(count, CROSSING)
-            crossings.run(active, wave, self._compiled.tables, depth, found)
+            crossings.run(active, wave, compiled.tables, compiled.frame, depth, found)
         if count:
             self._crossings.append(found[:count].copy())
 
@@ -235,9 +234,7 @@ class _EventLog:
         row = offsets[crossings["slot"]] + crossings["event"]
         order = np.argsort(row, kind="stable")  # a merge of the depths, each of which is in order already
         row, crossings = row[order], crossings[order]
-        frame = self._compiled.frame
-        xy = np.stack([crossings["x"], crossings["y"]], axis=1) * (frame.unit_mm / frame.grid_mm)
-        angle = np.round(crossings["angle"] / ANGLE_STEP_RAD).astype(np.float32) * np.float32(ANGLE_STEP_RAD)
+        angle = crossings["angle_rad"].copy()
         registered = np.zeros(len(crossings), bool)
         for index, detector in enumerate(self._compiled.scene.detectors.values()):
             mine = crossings["detector"] == index
@@ -246,7 +243,7 @@ class _EventLog:
             first_ray, source, offsets, *columns,
             crossing_row=row,
             crossing_detector=crossings["detector"].copy(),
-            crossing_xy_mm=(np.round(xy) * frame.grid_mm).astype(np.float32),
+            crossing_xy_mm=np.stack([crossings["x_mm"], crossings["y_mm"]], axis=1),
             crossing_angle_rad=angle,
             crossing_registered=registered,
         )  # fmt: skip

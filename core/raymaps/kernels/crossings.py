@@ -9,17 +9,20 @@ import numpy as np
 
 from raymaps.kernels.options import kernel
 
-__all__ = ["CROSSING", "run"]
+__all__ = ["ANGLE_STEP_RAD", "CROSSING", "run"]
 
-#: A crossing as it is found, in frame units; ``part`` says where along its segment, from 0 to 1.
+#: Step to which crossing angles are rounded: 0.0002 degrees, far below what a detector tells apart.
+ANGLE_STEP_RAD = 2.0**-18
+
+#: A crossing: place in mm on the frame's grid, angle on its own; ``part`` says where along its segment, from 0 to 1.
 CROSSING = np.dtype(
-    [("slot", "i4"), ("event", "i4"), ("x", "f8"), ("y", "f8"), ("part", "f8"), ("angle", "f4"), ("detector", "i2")],
+    [("part", "f8"), ("slot", "i4"), ("event", "i4"), ("x_mm", "f4"), ("y_mm", "f4"), ("angle_rad", "f4"), ("detector", "i2")],
     align=True,
 )
 
 
 @kernel
-def run(active, wave, tables, depth, found):
+def run(active, wave, tables, frame, depth, found):
     """Find the crossings of the segments that end at event ``depth``, in the order of the rays and along each segment.
 
     Parameters
@@ -32,6 +35,7 @@ def run(active, wave, tables, depth, found):
     """
     count = 0
     n_detectors = len(tables.detector_center)
+    per_grid = frame.unit_mm / frame.grid_mm
     for k in range(len(active)):
         i = active[k]
         first_here = count
@@ -61,10 +65,11 @@ def run(active, wave, tables, depth, found):
                 c = found[at]
                 c.slot = i
                 c.event = depth - 1
-                c.x = x
-                c.y = y
+                c.x_mm = math.floor(x * per_grid + 0.5) * frame.grid_mm
+                c.y_mm = math.floor(y * per_grid + 0.5) * frame.grid_mm
                 c.part = part
-                c.angle = math.acos(min(1.0, max(-1.0, cosine)))
+                angle = math.acos(min(1.0, max(-1.0, cosine)))
+                c.angle_rad = math.floor(angle / ANGLE_STEP_RAD + 0.5) * ANGLE_STEP_RAD
                 c.detector = d
             count += 1
     return count
