@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import math
+
 __all__ = ["format_bytes", "format_duration", "format_flux", "format_quantity"]
 
 _PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"))
@@ -19,8 +21,14 @@ def format_quantity(value: float, unit: str, digits: int = 4) -> str:
 
 
 def format_flux(flux_w: float, stderr_w: float) -> str:
-    """A flux with its standard error for people, for instance ``12.3 mW ± 0.14 mW``."""
-    return f"{format_quantity(flux_w, 'W')} ± {format_quantity(stderr_w, 'W', 2)}"
+    """A flux with its standard error for people, rounded alike: ``12.34 ± 0.14 mW``."""
+    largest = max(abs(flux_w), abs(stderr_w))
+    factor, prefix = next(((f, p) for f, p in _PREFIXES if largest >= f * 0.9999999), (1.0, ""))
+    flux, stderr = flux_w / factor, stderr_w / factor
+    if not (stderr > 0 and math.isfinite(stderr)):
+        return f"{flux:.6g} ± {stderr:g} {prefix}W"
+    decimals = max(0, 1 - math.floor(math.log10(stderr)))
+    return f"{flux:.{decimals}f} ± {stderr:.{decimals}f} {prefix}W"
 
 
 def format_bytes(n_bytes: int) -> str:
