@@ -8,6 +8,7 @@ so nothing has to be simulated again. Every figure has its standard error (see `
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -194,8 +195,8 @@ def evaluate_detector(
     max_angle_deg: float | None = None,
     source: str | None = None,
     where: Criterion | str | None = None,
-    rect: tuple[float, float, float, float] | None = None,
-    ellipse: tuple[float, float, float, float] | None = None,
+    rect: Sequence[float] | None = None,
+    ellipse: Sequence[float] | None = None,
 ) -> DetectorMap:
     """What a detector registered, under other conditions if wanted.
 
@@ -227,9 +228,7 @@ def evaluate_detector(
     n_x, n_y = resolution = _checked_resolution(resolution or detector.resolution)
     if max_angle_deg is not None and not 0 < max_angle_deg <= 90:
         raise CriterionError(f"The acceptance angle must be above 0 and at most 90 degrees, got {max_angle_deg:g}.")
-    if rect is not None and ellipse is not None:
-        raise CriterionError("The region of a detector is a rectangle or an ellipse, not both.")
-    area = Rectangle(*rect) if rect is not None else Ellipse(*ellipse) if ellipse is not None else None
+    area = _region(rect, ellipse)
     criterion = parse_criterion(where) if isinstance(where, str) else where
     conditions = [*([From(source)] if source is not None else []), *([criterion] if criterion is not None else [])]
     bound = bind(all_of(conditions), names)
@@ -278,6 +277,17 @@ def evaluate_detector(
         cell_area_mm2=cell_area_mm2,
         **figures,
     )
+
+
+def _region(rect: Sequence[float] | None, ellipse: Sequence[float] | None) -> Area | None:
+    if rect is not None and ellipse is not None:
+        raise CriterionError("The region of a detector is a rectangle or an ellipse, not both.")
+    numbers = rect if rect is not None else ellipse
+    if numbers is None:
+        return None
+    if len(numbers) != 4:
+        raise CriterionError(f"The region of a detector takes four numbers in mm, got {len(numbers)}.")
+    return Rectangle(*numbers) if rect is not None else Ellipse(*numbers)
 
 
 def _checked_resolution(resolution: tuple[int, int]) -> tuple[int, int]:
