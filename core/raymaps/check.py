@@ -63,8 +63,8 @@ def _geometry_findings(scene: Scene) -> Iterator[Finding]:
             first = int(np.flatnonzero(mesh.degenerate)[0])
             face = mesh.face_names[mesh.triangle_face[first]]
             yield Finding(
-                f"Body '{mesh.name}': {int(mesh.degenerate.sum())} of {len(mesh.triangles)} triangles have no area, the "
-                f"first is number {first} in face '{face}'; no light can hit them, so they are passed over."
+                f"Body '{mesh.name}': {int(mesh.degenerate.sum())} of {len(mesh.triangles)} triangles have no area, "
+                f"the first is number {first} in face '{face}'; no light can hit them, so they are passed over."
             )
         if not mesh.is_closed:
             yield Finding(f"Body '{mesh.name}' is an open shell: its surface acts on both sides.")
@@ -103,8 +103,8 @@ def _map_findings(raymap: RayMap) -> Iterator[Finding]:
             sound = False
         if not sound:
             yield Finding(
-                f"Ray Map portion '{portion.folder}': what is stored is not what was written; delete the folder and trace "
-                "with --resume to make it anew.",
+                f"Ray Map portion '{portion.folder}': what is stored is not what was written; delete the folder "
+                "and trace with --resume to make it anew.",
                 is_fault=True,
             )
         portion.forget()

@@ -177,7 +177,13 @@ class _JsonTeller(_Teller):
             self._say({"event": "start", "map": str(self._output), "rays": at.of, "done_rays": at.rays})
         remaining = None if at.remaining_s is None else round(at.remaining_s, 3)
         self._say(
-            {"event": "progress", "rays": at.rays, "of": at.of, "elapsed_s": round(at.elapsed_s, 3), "remaining_s": remaining}
+            {
+                "event": "progress",
+                "rays": at.rays,
+                "of": at.of,
+                "elapsed_s": round(at.elapsed_s, 3),
+                "remaining_s": remaining,
+            }
         )
 
     def note(self, text: str) -> None:
@@ -304,7 +310,9 @@ def _four(text: str | None, option: str) -> tuple[float, float, float, float] | 
     try:
         a, b, c, d = (float(part) for part in text.split(","))
     except ValueError:
-        raise typer.BadParameter(f"four numbers in mm as in -1,-1,1,1 are wanted, got '{text}'", param_hint=option) from None
+        raise typer.BadParameter(
+            f"four numbers in mm as in -1,-1,1,1 are wanted, got '{text}'", param_hint=option
+        ) from None
     return a, b, c, d
 
 
@@ -347,7 +355,12 @@ def explain(scene: SceneFile, as_json: AsJson = False) -> None:
         _print_json(
             {
                 "effects": [
-                    {"name": e.name, "summary": e.summary, "needed": e.name in needed, "because": list(needed.get(e.name, ()))}
+                    {
+                        "name": e.name,
+                        "summary": e.summary,
+                        "needed": e.name in needed,
+                        "because": list(needed.get(e.name, ())),
+                    }
                     for e in EFFECTS
                 ]
             }

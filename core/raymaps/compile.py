@@ -251,13 +251,16 @@ def _tables(
     media: tuple[Medium, ...],
 ) -> Tables:
     plane, triangle_face = [np.zeros((0, 4))], [np.zeros(0, np.int32)]
-    face_body, face_surface, face_outside, face_inside = [], [], [], []
+    face_body: list[int] = []
+    face_surface: list[int] = []
+    face_outside: list[int] = []
+    face_inside: list[int] = []
     for i, (mesh, body) in enumerate(zip(meshes, scene.bodies.values(), strict=True)):
         with np.errstate(invalid="ignore", divide="ignore"):
             normal = mesh.area_vectors_mm2 / np.linalg.norm(mesh.area_vectors_mm2, axis=1)[:, None]
         offset = np.einsum("ij,ij->i", normal, frame.to_units(mesh.corners_mm).mean(axis=1))
         plane.append(np.column_stack([normal, offset]))
-        triangle_face.append(mesh.triangle_face + np.int32(len(face_body)))
+        triangle_face.append((mesh.triangle_face + len(face_body)).astype(np.int32))
         for face in mesh.face_names:
             face_body.append(i)
             face_surface.append(names.surfaces.index(body.face_surfaces.get(face, body.surface)))

@@ -7,7 +7,7 @@
     ├── CriterionError      the text of a criterion, or a name in it
     ├── OutputError         a place that can't be written: exists, read-only, disk full
     ├── TraceError          the tracer itself gave up
-    └── MissingPackage      an optional package is needed and not installed
+    └── MissingPackageError      an optional package is needed and not installed
 
     Interrupted             the user stopped a run; what was committed is valid and can be resumed
 
@@ -22,7 +22,7 @@ __all__ = [
     "CriterionError",
     "Interrupted",
     "MapError",
-    "MissingPackage",
+    "MissingPackageError",
     "OutputError",
     "RayMapsError",
     "SceneError",
@@ -55,14 +55,14 @@ class TraceError(RayMapsError):
     """The tracer can't go on."""
 
 
-class MissingPackage(RayMapsError):
+class MissingPackageError(RayMapsError):
     """An optional package is needed and not installed."""
 
     def __init__(self, package: str, extra: str, purpose: str):
         super().__init__(f"{purpose} needs the package '{package}': install it with  pip install 'raymaps[{extra}]'.")
 
 
-class Interrupted(Exception):
+class Interrupted(Exception):  # noqa: N818  not an error
     """The user stopped a run; all committed portions are valid and the run can be resumed."""
 
 

@@ -140,7 +140,9 @@ def _load_body(folder: Path, name: str, body: Body) -> BodyMesh:
     mesh = BodyMesh(name, np.ascontiguousarray(vertices, np.float64), triangles, face_names, triangle_face)
 
     if mesh.degenerate.all():
-        raise SceneError(f"{where}: none of its {len(triangles)} triangles has an area; check mm_per_unit and the export.")
+        raise SceneError(
+            f"{where}: none of its {len(triangles)} triangles has an area; check mm_per_unit and the export."
+        )
     mesh.face_indices(tuple(body.face_surfaces), f"Body '{name}', face_surfaces")
     if body.medium is not None:
         _check_solid(mesh, body.medium)
@@ -152,8 +154,8 @@ def _check_solid(mesh: BodyMesh, medium: str) -> None:
         faces = sorted({mesh.face_names[mesh.triangle_face[i]] for i in mesh.open_edges})
         shown = ", ".join(faces[:5]) + (", …" if len(faces) > 5 else "")
         raise SceneError(
-            f"Body '{mesh.name}' is to hold the medium '{medium}' but its shell is open: {len(mesh.open_edges)} triangles "
-            f"have an edge without a partner (faces {shown}); close the shell or give the body no medium."
+            f"Body '{mesh.name}' is to hold the medium '{medium}' but its shell is open: {len(mesh.open_edges)} "
+            f"triangles have an edge without a partner (faces {shown}); close the shell or give the body no medium."
         )
     if mesh.volume_mm3 < 0:
         raise SceneError(
@@ -174,7 +176,9 @@ def _read_parts(path: Path, where: str) -> list[tuple[str, NDArray[np.float64], 
         loaded = trimesh.load_scene(path, process=False)
         meshes = loaded.dump(concatenate=False)
     except Exception as error:  # trimesh's readers raise whatever they stumble over
-        raise SceneError(f"{where}: the file is damaged or not {path.suffix[1:].upper()} ({_one_line(error)}).") from error
+        raise SceneError(
+            f"{where}: the file is damaged or not {path.suffix[1:].upper()} ({_one_line(error)})."
+        ) from error
     parts = []
     for mesh in meshes if isinstance(meshes, list) else [meshes]:
         if isinstance(mesh, trimesh.Trimesh):
@@ -198,7 +202,8 @@ def _face_groups(
     counts = [group.triangles for group in groups]
     if sum(counts) != n_triangles:
         raise SceneError(
-            f"{where}: the faces of the scene count {sum(counts)} triangles, the file holds {n_triangles}; export again."
+            f"{where}: the faces of the scene count {sum(counts)} triangles, the file holds {n_triangles}; "
+            "export again."
         )
     if len({group.name for group in groups}) < len(groups):
         raise SceneError(f"{where}: two faces have the same name; names of faces must differ.")

@@ -60,5 +60,10 @@ class Names:
         if any(not 0 <= body < len(bodies) for body, _ in faces):
             raise ValueError("a face of a body that does not exist")
         return cls(
-            texts(data["sources"]), bodies, texts(data["surfaces"]), texts(data["media"]), texts(data["detectors"]), faces
+            texts(data["sources"]),
+            bodies,
+            texts(data["surfaces"]),
+            texts(data["media"]),
+            texts(data["detectors"]),
+            faces,
         )

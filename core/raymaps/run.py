@@ -14,6 +14,7 @@ from pathlib import Path
 from raymaps.errors import Interrupted, MapError, OutputError
 from raymaps.scene import Scene, load_scene
 from raymaps.store import Manifest, MapWriter, RayMap
+from raymaps.traced import FaceIndex
 from raymaps.version import __version__
 
 __all__ = ["Progress", "open_map", "simulate"]
@@ -108,7 +109,7 @@ def simulate(
     from raymaps.trace import Tracer  # imports the kernels
 
     tables = compiled.tables
-    writer = MapWriter(path, tables.triangle_face, tables.face_body, tables.face_surface)
+    writer = MapWriter(path, FaceIndex(tables.triangle_face, tables.face_body, tables.face_surface))
     with writer.alone():
         raymap = RayMap.open(path)
         if n_rays != manifest.rays_asked:

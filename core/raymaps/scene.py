@@ -81,7 +81,7 @@ class _SourceBase(Record):
     @field_validator("rgb")
     @classmethod
     def _some_light(cls, rgb: Vector) -> Vector:
-        if min(rgb) < 0 or not 0 < sum(rgb):
+        if min(rgb) < 0 or sum(rgb) <= 0:
             raise ValueError("each band must be 0 or more, and one of them above 0")
         return rgb
 
@@ -141,7 +141,9 @@ class RectangleDetector(Record):
     height_mm: Positive
     resolution: tuple[Annotated[int, Field(ge=1, le=10000)], Annotated[int, Field(ge=1, le=10000)]] = (100, 100)
     side: Literal["front", "back", "both"] = "front"
-    max_angle_deg: float = Field(90.0, gt=0, le=90, description="Light at larger angles to the normal isn't registered.")
+    max_angle_deg: float = Field(
+        90.0, gt=0, le=90, description="Light at larger angles to the normal isn't registered."
+    )
 
     _directions = field_validator("normal", "x_axis")(_nonzero)
 
@@ -190,8 +192,8 @@ class Scene(Record):
     Attributes of a loaded scene: ``folder``, the folder that geometry files are relative to.
     """
 
-    format: Literal["raymaps-scene"] = SCENE_FORMAT
-    version: Literal[1] = SCENE_VERSION
+    format: Literal["raymaps-scene"] = "raymaps-scene"
+    version: Literal[1] = 1
     name: Name = "scene"
     ambient: Name | None = Field(None, description="Medium outside all bodies; null: vacuum.")
     media: dict[Name, Medium] = Field(default_factory=dict)
@@ -282,7 +284,7 @@ def scene_from_dict(data: Any, where: str = "scene") -> Scene:
     if data.get("format") != SCENE_FORMAT:
         if isinstance(data.get("version"), int) and data["version"] > SCENE_VERSION:
             raise SceneError(_newer(where, data["version"]))
-        raise SceneError(f"Scene '{where}': \"format\" must be \"{SCENE_FORMAT}\"; this is not a scene file.")
+        raise SceneError(f'Scene \'{where}\': "format" must be "{SCENE_FORMAT}"; this is not a scene file.')
     version = data.get("version")
     if isinstance(version, int) and version > SCENE_VERSION:
         raise SceneError(_newer(where, version))

@@ -59,7 +59,11 @@ def _detector(
 
 
 def _overlay(
-    raymap: RayMap, file: str, criterion: str | None = None, max_rays: int | None = None, max_segments: int | None = None
+    raymap: RayMap,
+    file: str,
+    criterion: str | None = None,
+    max_rays: int | None = None,
+    max_segments: int | None = None,
 ) -> dict[str, Any]:
     limits = {"max_rays": max_rays, "max_segments": max_segments}
     lines = overlay(raymap, criterion, **{name: value for name, value in limits.items() if value is not None})

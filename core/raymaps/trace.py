@@ -8,7 +8,6 @@ that the scene calls for acts on all rays in turn. An effect's kernel is importe
 from __future__ import annotations
 
 import importlib
-from dataclasses import dataclass
 from types import ModuleType
 from typing import NamedTuple
 
@@ -21,8 +20,9 @@ from raymaps.kernels import emission, record, transport
 from raymaps.kernels.crossings import CROSSING
 from raymaps.kinds import ENDINGS, EventKind
 from raymaps.sources import emitters, relative_light, source_of_rays
+from raymaps.traced import TracedPortion
 
-__all__ = ["RunKey", "TracedPortion", "Tracer", "Wave"]
+__all__ = ["RunKey", "Tracer", "Wave"]
 
 #: How often a search may be taken up again behind a hit that lies where the ray stands.
 MAX_SEARCHES = 16
@@ -66,42 +66,6 @@ class RunKey(NamedTuple):
     seed: np.uint64
     first_ray: np.uint64
     roulette_threshold: float
-
-
-@dataclass(frozen=True)
-class TracedPortion:
-    """Histories of consecutive rays, in the order of the rays and then of time.
-
-    Attributes
-    ----------
-    first_ray : int
-    source : (n_rays,) int16
-    event_offsets : (n_rays + 1,) int64
-        Ray i of the portion owns the events ``event_offsets[i]`` to ``event_offsets[i + 1] - 1``.
-    kind, triangle, medium : (n_events,)
-    position_mm : (n_events, 3) float32 or float64, on the frame's grid
-    light : (n_events, 3) float32
-    crossing_row : (n_crossings,) int64
-        Row of the event that starts the crossing segment.
-    crossing_detector : (n_crossings,) int16
-    crossing_xy_mm : (n_crossings, 2) float32, on the frame's grid
-    crossing_angle_rad : (n_crossings,) float32, a multiple of `raymaps.kernels.crossings.ANGLE_STEP_RAD`
-    crossing_registered : (n_crossings,) bool
-    """
-
-    first_ray: int
-    source: NDArray[np.int16]
-    event_offsets: NDArray[np.int64]
-    kind: NDArray[np.uint8]
-    triangle: NDArray[np.int32]
-    medium: NDArray[np.int16]
-    position_mm: NDArray[np.floating]
-    light: NDArray[np.float32]
-    crossing_row: NDArray[np.int64]
-    crossing_detector: NDArray[np.int16]
-    crossing_xy_mm: NDArray[np.float32]
-    crossing_angle_rad: NDArray[np.float32]
-    crossing_registered: NDArray[np.bool_]
 
 
 class Tracer:

@@ -16,7 +16,15 @@ ANGLE_STEP_RAD = 2.0**-18
 
 #: A crossing: place in mm on the frame's grid, angle on its own; ``part`` says where along its segment, from 0 to 1.
 CROSSING = np.dtype(
-    [("part", "f8"), ("slot", "i4"), ("event", "i4"), ("x_mm", "f4"), ("y_mm", "f4"), ("angle_rad", "f4"), ("detector", "i2")],
+    [
+        ("part", "f8"),
+        ("slot", "i4"),
+        ("event", "i4"),
+        ("x_mm", "f4"),
+        ("y_mm", "f4"),
+        ("angle_rad", "f4"),
+        ("detector", "i2"),
+    ],
     align=True,
 )
 

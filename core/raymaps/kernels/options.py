@@ -9,20 +9,18 @@ compiler reorders sums.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TypeVar
+from typing import Any
 
 import numba
 
 __all__ = ["inlined", "kernel"]
 
-_Function = TypeVar("_Function", bound=Callable)
 
-
-def kernel(function: _Function) -> _Function:
+def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a loop that is called from Python."""
     return numba.njit(nogil=True, cache=True, error_model="numpy")(function)
 
 
-def inlined(function: _Function) -> _Function:
+def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a small function that kernels call."""
     return numba.njit(nogil=True, cache=True, error_model="numpy", inline="never")(function)

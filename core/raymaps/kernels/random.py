@@ -51,6 +51,9 @@ def uniforms(seed, ray, event, purpose):
     word = np.uint64(event) | (np.uint64(purpose) << np.uint64(24))
     a, b, c, d = philox4x32(ray & _LOW, ray >> _32, word, np.uint64(0), seed & _LOW, seed >> _32)
     scale = 2.0**-32
-    return (np.float64(a) + 0.5) * scale, (np.float64(b) + 0.5) * scale, (np.float64(c) + 0.5) * scale, (
-        np.float64(d) + 0.5
-    ) * scale
+    return (
+        (np.float64(a) + 0.5) * scale,
+        (np.float64(b) + 0.5) * scale,
+        (np.float64(c) + 0.5) * scale,
+        (np.float64(d) + 0.5) * scale,
+    )

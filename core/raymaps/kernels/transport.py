@@ -56,8 +56,8 @@ def start(rays, wave, tables, advance, origin, direction):
 def locate(rays, wave, tables, advance, hit_triangle, hit_distance):
     """Decide each hit in float64: sets the wave's state, hit triangle, distance and end point.
 
-    State `PENDING`: the ray arrives on a triangle; `LEFT`: it leaves the scene's box; `REJECTED`: the hit lies where the
-    ray stands or behind it, and the search must go on past it.
+    State `PENDING`: the ray arrives on a triangle; `LEFT`: it leaves the scene's box; `REJECTED`: the hit lies where
+    the ray stands or behind it, and the search must go on past it.
 
     Parameters
     ----------

@@ -78,7 +78,10 @@ def map_info(raymap: RayMap) -> MapInfo:
         scene_hash=manifest.scene_hash,
         content_hash=raymap.content_hash,
         program=manifest.program,
-        names={**manifest.names.to_dict(), "faces": [manifest.names.face_label(i) for i in range(len(manifest.names.faces))]},
+        names={
+            **manifest.names.to_dict(),
+            "faces": [manifest.names.face_label(i) for i in range(len(manifest.names.faces))],
+        },
         rays_of_source=dict(zip(raymap.names.sources, (int(n) for n in raymap.rays_of_source), strict=True)),
         ledger=energy_ledger(raymap),
     )

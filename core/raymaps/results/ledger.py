@@ -63,4 +63,6 @@ def energy_ledger(raymap: RayMap) -> Ledger:
 
 
 def _flux(entries: list[LedgerEntry], watts: Any, what: str, index: int) -> float:
-    return math.fsum(entry.light * watts[entry.source] for entry in entries if (entry.what, entry.index) == (what, index))
+    return math.fsum(
+        entry.light * watts[entry.source] for entry in entries if (entry.what, entry.index) == (what, index)
+    )

@@ -3,7 +3,7 @@
 
 from raymaps.names import Names
 from raymaps.store.portion import LedgerEntry, Portion, PortionSummary
-from raymaps.store.raymap import MapWriter, Manifest, RayMap
+from raymaps.store.raymap import Manifest, MapWriter, RayMap
 from raymaps.store.signatures import NONE, SignatureTable
 
 __all__ = [

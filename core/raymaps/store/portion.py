@@ -9,7 +9,7 @@ import shutil
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,28 +20,11 @@ from raymaps.names import Names
 from raymaps.store.columns import COLUMNS, REMEDY, read_columns, write_columns
 from raymaps.store.numbering import hash_rays, number_signatures, sum_light
 from raymaps.store.signatures import NONE, SignatureTable
+from raymaps.traced import FaceIndex, TracedPortion
 
-__all__ = ["History", "LedgerEntry", "Portion", "PortionSummary", "write_portion"]
+__all__ = ["LedgerEntry", "Portion", "PortionSummary", "write_portion"]
 
 SUMMARY_FILE = "portion.json"
-
-
-class History(Protocol):
-    """What a portion is written from: histories of consecutive rays (see `raymaps.trace.TracedPortion`)."""
-
-    first_ray: int
-    source: NDArray[np.int16]
-    event_offsets: NDArray[np.int64]
-    kind: NDArray[np.uint8]
-    triangle: NDArray[np.int32]
-    medium: NDArray[np.int16]
-    position_mm: NDArray[np.floating]
-    light: NDArray[np.float32]
-    crossing_row: NDArray[np.int64]
-    crossing_detector: NDArray[np.int16]
-    crossing_xy_mm: NDArray[np.float32]
-    crossing_angle_rad: NDArray[np.float32]
-    crossing_registered: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -82,12 +65,19 @@ class PortionSummary:
         """From text; raises `KeyError`, `TypeError` or `ValueError` if it is damaged."""
         data = json.loads(text)
         return cls(
-            int(data["first_ray"]), int(data["n_rays"]), int(data["n_events"]), int(data["n_crossings"]),
-            int(data["n_signatures"]), tuple(int(n) for n in data["rays_of_source"]),
-            (int(data["content"][0], 16), int(data["content"][1], 16)),
-            tuple(LedgerEntry(int(e["source"]), str(e["what"]), int(e["index"]), float(e["light"])) for e in data["ledger"]),
-            {str(name): int(size) for name, size in data["file_bytes"].items()},
-        )  # fmt: skip
+            first_ray=int(data["first_ray"]),
+            n_rays=int(data["n_rays"]),
+            n_events=int(data["n_events"]),
+            n_crossings=int(data["n_crossings"]),
+            n_signatures=int(data["n_signatures"]),
+            rays_of_source=tuple(int(n) for n in data["rays_of_source"]),
+            content=(int(data["content"][0], 16), int(data["content"][1], 16)),
+            ledger=tuple(
+                LedgerEntry(int(entry["source"]), str(entry["what"]), int(entry["index"]), float(entry["light"]))
+                for entry in data["ledger"]
+            ),
+            file_bytes={str(name): int(size) for name, size in data["file_bytes"].items()},
+        )
 
 
 # Codes of steps: kind, registered, medium + 1 and face (or detector) + 1 in one word of 64 bits.
@@ -99,9 +89,8 @@ def _step_code(kind: Any, index: Any, medium: Any, registered: Any) -> NDArray[n
 
 
 def _signature_table(
-    codes: NDArray[np.int64], offsets: NDArray[np.int64], sources: NDArray[np.int16], face_body: NDArray[np.int32],
-    face_surface: NDArray[np.int16],
-) -> SignatureTable:  # fmt: skip
+    codes: NDArray[np.int64], offsets: NDArray[np.int64], sources: NDArray[np.int16], faces: FaceIndex
+) -> SignatureTable:
     """Steps as columns."""
     kind = (codes & 0xFF).astype(np.uint8)
     index = ((codes >> 32) - 1).astype(np.int32)
@@ -114,30 +103,25 @@ def _signature_table(
         offsets=offsets,
         kind=kind,
         source=source,
-        body=np.where(on_face, np.append(face_body, NONE)[face], NONE).astype(np.int32),
+        body=np.where(on_face, np.append(faces.face_body, NONE)[face], NONE).astype(np.int32),
         face=face,
-        surface=np.where(on_face, np.append(face_surface, NONE)[face], NONE).astype(np.int16),
+        surface=np.where(on_face, np.append(faces.face_surface, NONE)[face], NONE).astype(np.int16),
         medium=(((codes >> 16) & 0xFFFF) - 1).astype(np.int16),
         detector=np.where(is_crossing, index, NONE).astype(np.int16),
         registered=np.where(is_crossing, (codes >> 8) & 1, NONE).astype(np.int8),
     )
 
 
-def write_portion(
-    folder: Path, history: History, n_sources: int, triangle_face: NDArray[np.int32], face_body: NDArray[np.int32],
-    face_surface: NDArray[np.int16],
-) -> PortionSummary:  # fmt: skip
+def write_portion(folder: Path, history: TracedPortion, n_sources: int, faces: FaceIndex) -> PortionSummary:
     """Write a portion beside its place and move it there by one rename.
 
     Parameters
     ----------
     folder : Path
         Folder of all portions; the new one is named by its first ray.
-    history : History
+    history : TracedPortion
     n_sources : int
-    triangle_face : (n_triangles,) int32
-    face_body, face_surface : (n_faces,) int
-        Body and surface property of each face.
+    faces : FaceIndex
 
     Raises
     ------
@@ -145,7 +129,7 @@ def write_portion(
         If it can't be written; then nothing of it is left.
     """
     n_rays = len(history.source)
-    face = np.where(history.triangle >= 0, np.append(triangle_face, NONE)[history.triangle], NONE)
+    face = np.where(history.triangle >= 0, np.append(faces.triangle_face, NONE)[history.triangle], NONE)
     event_code = _step_code(history.kind, face, history.medium, np.zeros(len(face)))
     crossing_code = _step_code(
         np.full(len(history.crossing_row), EventKind.CROSSING), history.crossing_detector,
@@ -154,7 +138,7 @@ def write_portion(
     signature, source, offsets, codes = number_signatures(
         history.source, n_sources, history.event_offsets, event_code, history.crossing_row, crossing_code
     )
-    table = _signature_table(codes, offsets, source, face_body, face_surface)
+    table = _signature_table(codes, offsets, source, faces)
     ray = history.first_ray + np.arange(n_rays)
     ray_of_event = np.repeat(ray, np.diff(history.event_offsets))
     ray_of_crossing = ray_of_event[history.crossing_row]
@@ -193,7 +177,7 @@ def write_portion(
             history.first_ray, n_rays, len(face), len(crossing_code), len(table),
             tuple(int(n) for n in np.bincount(history.source, minlength=n_sources)),
             (int(content[0]), int(content[1])),
-            _ledger(history, n_sources, face, face_body),
+            _ledger(history, n_sources, face, faces.face_body),
             {path.name: path.stat().st_size for path in sorted(making.iterdir())},
         )  # fmt: skip
         (making / SUMMARY_FILE).write_text(summary.to_json(), encoding="utf-8")
@@ -210,7 +194,7 @@ def _bits(values: NDArray[np.floating]) -> NDArray[Any]:
 
 
 def _ledger(
-    history: History, n_sources: int, face: NDArray[np.int32], face_body: NDArray[np.int32]
+    history: TracedPortion, n_sources: int, face: NDArray[np.int32], face_body: NDArray[np.int32]
 ) -> tuple[LedgerEntry, ...]:
     """Where each source's light went, summed over the portion's rays."""
     n_bodies = int(face_body.max()) + 1 if len(face_body) else 0
@@ -238,7 +222,7 @@ def _ledger(
     sums = np.zeros((n_sources, len(accounts)))
     sum_light(history.source, history.event_offsets, history.light, account, sums)
     return tuple(
-        LedgerEntry(int(source), *accounts[index], light=float(sums[source, index]))
+        LedgerEntry(int(source), accounts[index][0], accounts[index][1], float(sums[source, index]))
         for source, index in zip(*np.nonzero(sums), strict=True)
     )
 

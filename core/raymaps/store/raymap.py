@@ -20,7 +20,8 @@ from raymaps.errors import MapError, OutputError
 from raymaps.geometry import BodyMesh, load_bodies, write_ply
 from raymaps.names import Names
 from raymaps.scene import FaceGroup, Geometry, Scene, load_scene
-from raymaps.store.portion import History, Portion, PortionSummary, write_portion
+from raymaps.store.portion import Portion, PortionSummary, write_portion
+from raymaps.traced import FaceIndex, TracedPortion
 
 __all__ = ["MAP_FORMAT", "MAP_VERSION", "Manifest", "MapWriter", "RayMap"]
 
@@ -73,8 +74,8 @@ class Manifest:
                 raise ValueError("another format")
             if data["version"] > MAP_VERSION:
                 raise MapError(
-                    f"Ray Map '{folder}' has version {data['version']}, this program reads up to version {MAP_VERSION}: "
-                    "update Ray Maps."
+                    f"Ray Map '{folder}' has version {data['version']}, this program reads up to version "
+                    f"{MAP_VERSION}: update Ray Maps."
                 )
             return cls(
                 int(data["seed"]), str(data["scene_hash"]), Names.from_dict(data["names"]), int(data["rays_asked"]),
@@ -159,7 +160,7 @@ class RayMap:
 
     @property
     def content_hash(self) -> str:
-        """Hash of the stored rays alone: not of how they are split into portions, nor when or by whom they were traced."""
+        """Hash of the stored rays alone: not of how they are split into portions, nor of when they were traced."""
         low = sum(portion.summary.content[0] for portion in self.portions) % 2**64
         high = sum(portion.summary.content[1] for portion in self.portions) % 2**64
         return f"{high:016x}{low:016x}"
@@ -192,17 +193,13 @@ class MapWriter:
     ----------
     path : Path
         Of a map that exists (see `create`).
-    triangle_face : (n_triangles,) int32
-    face_body, face_surface : (n_faces,) int
+    faces : FaceIndex
     """
 
-    def __init__(
-        self, path: Path, triangle_face: NDArray[np.int32], face_body: NDArray[np.int32],
-        face_surface: NDArray[np.int16],
-    ):  # fmt: skip
+    def __init__(self, path: Path, faces: FaceIndex):
         self.path = path
         self._n_sources = len(Manifest.read(path).names.sources)
-        self._of_triangles = (triangle_face, face_body, face_surface)
+        self._faces = faces
 
     @staticmethod
     def create(path: Path, manifest: Manifest, scene: Scene, meshes: Sequence[BodyMesh]) -> None:
@@ -227,14 +224,16 @@ class MapWriter:
             making.rename(path)
         except OSError as error:
             shutil.rmtree(making, ignore_errors=True)
-            raise OutputError(f"Ray Map '{path}' can't be written: {(error.strerror or str(error)).lower()}.") from error
+            raise OutputError(
+                f"Ray Map '{path}' can't be written: {(error.strerror or str(error)).lower()}."
+            ) from error
         except BaseException:
             shutil.rmtree(making, ignore_errors=True)
             raise
 
     @contextlib.contextmanager
     def alone(self) -> Iterator[None]:
-        """Hold the map against other runs, and clear away what killed ones left; raises `OutputError` if one is busy."""
+        """Hold the map against other runs and clear away what killed ones left; raises `OutputError` if one is busy."""
         with open(self.path / MANIFEST_FILE, "rb") as lock:
             if not _locked(lock.fileno()):
                 raise OutputError(f"Ray Map '{self.path}' is being written by another run: wait for it or stop it.")
@@ -242,7 +241,7 @@ class MapWriter:
                 shutil.rmtree(left, ignore_errors=True)
             yield
 
-    def write(self, history: History) -> PortionSummary:
+    def write(self, history: TracedPortion) -> PortionSummary:
         """Commit a portion: compressed here, visible by one rename.
 
         Raises
@@ -251,11 +250,12 @@ class MapWriter:
             If it can't be written, for instance because the disk is full; what was committed before stays valid.
         """
         try:
-            return write_portion(self.path / PORTIONS_FOLDER, history, self._n_sources, *self._of_triangles)
+            return write_portion(self.path / PORTIONS_FOLDER, history, self._n_sources, self._faces)
         except OSError as error:
             raise OutputError(
                 f"Ray Map '{self.path}': the rays from {history.first_ray} on can't be written "
-                f"({(error.strerror or str(error)).lower()}); make room and go on with --resume, nothing stored is lost."
+                f"({(error.strerror or str(error)).lower()}); make room and go on with --resume: what was stored is "
+                "kept."
             ) from error
 
 
