@@ -210,4 +210,5 @@ def _detector(obj):
 
 def global_placement(obj):
     """Placement of a source or detector in global coordinates, also inside parts."""
-    return obj.getGlobalPlacement() if obj.getParentGeoFeatureGroup() is not None else obj.Placement
+    parent = obj.getParentGeoFeatureGroup()
+    return obj.Placement if parent is None else parent.getGlobalPlacement().multiply(obj.Placement)
