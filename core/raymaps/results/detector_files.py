@@ -31,7 +31,7 @@ def write_detector_map(detector_map: DetectorMap, path: str | Path) -> Path:
     ------
     OutputError
         If the name ends otherwise or the file can't be written.
-    MissingPackage
+    MissingPackageError
         If a picture is wanted and matplotlib is not installed.
     """
     _WRITERS[check_suffix(path, tuple(_WRITERS), "A detector's map")](detector_map, Path(path))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from raymaps.criterion import Ellipse, Rectangle
-from raymaps.errors import MissingPackage
+from raymaps.errors import MissingPackageError
 from raymaps.results.detector import DetectorMap, Statistic
 
 if TYPE_CHECKING:
@@ -30,14 +30,14 @@ def draw_detector_map(detector_map: DetectorMap) -> Figure:
 
     Raises
     ------
-    MissingPackage
+    MissingPackageError
         If matplotlib is not installed.
     """
     try:
         from matplotlib import rc_context
         from matplotlib.figure import Figure
     except ImportError:
-        raise MissingPackage("matplotlib", "pictures", "The picture of a detector") from None
+        raise MissingPackageError("matplotlib", "pictures", "The picture of a detector") from None
 
     scale = _LONG_SIDE_INCH / max(detector_map.width_mm, detector_map.height_mm)
     width = max(detector_map.width_mm * scale, 2.2)

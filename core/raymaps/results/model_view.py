@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""What a picture of a scene shows, as triangles, segments and colours: the same for a picture and for a page."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raymaps.criterion import Criterion, format_criterion
+from raymaps.effects.crossings import detector_axes
+from raymaps.errors import SceneError
+from raymaps.geometry import BodyMesh, load_bodies
+from raymaps.results.colours import light_colours
+from raymaps.results.edges import feature_edges_mm
+from raymaps.results.overlay import Overlay, overlay
+from raymaps.scene import ConeSource, DiscSource, FacesSource, RectangleDetector, Scene, Source, load_scene
+from raymaps.store import RayMap
+from raymaps.units import format_quantity
+
+__all__ = ["ModelView", "Shape", "build_view"]
+
+Float = NDArray[np.float64]
+
+#: Colours of bodies with a medium, which light passes through, and of the others; taken in turn.
+_CLEAR = ((86, 160, 211), (98, 186, 172), (140, 150, 220), (120, 190, 130), (196, 150, 210))
+_SOLID = ((128, 134, 145), (176, 152, 120), (108, 128, 150), (150, 138, 160), (120, 148, 130), (168, 128, 128))
+_CLEAR_OPACITY, _SOLID_OPACITY = 0.16, 0.16
+_DETECTOR_COLOUR = (32, 150, 94)
+_RING = 48
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Something to be drawn in one colour.
+
+    Attributes
+    ----------
+    name, kind : str
+        Kind is ``body``, ``source`` or ``detector``.
+    rgb : (red, green, blue), 0 to 255
+    opacity : float
+        Of the triangles.
+    triangles_mm : (n, 3 corners, 3) float64
+    lines_mm : (n, 6) float64
+    """
+
+    name: str
+    kind: str
+    rgb: tuple[int, int, int]
+    opacity: float
+    triangles_mm: Float = field(repr=False)
+    lines_mm: Float = field(repr=False)
+
+
+@dataclass(frozen=True)
+class ModelView:
+    """Everything that a picture shows.
+
+    Attributes
+    ----------
+    title, subtitle : str
+    shapes : tuple of Shape
+    rays : Overlay or None
+    """
+
+    title: str
+    subtitle: str
+    shapes: tuple[Shape, ...]
+    rays: Overlay | None
+
+    @property
+    def points_mm(self) -> Float:
+        """Ends and corners of all shapes, (n, 3)."""
+        return _points_mm(self.shapes)
+
+    @property
+    def bounds_mm(self) -> Float:
+        """Lower and upper corner around all shapes, (2, 3)."""
+        points = self.points_mm
+        return np.stack([points.min(axis=0), points.max(axis=0)])
+
+
+def build_view(what: str | Path | Scene | RayMap, where: Criterion | str | None = None, rays: int = 300) -> ModelView:
+    """Collect what a picture of a scene, or of a map with matching rays, shows.
+
+    Parameters
+    ----------
+    what : Scene, RayMap, or the path of one
+    where : Criterion or str, optional
+        Which rays to show; a scene has none.
+    rays : int
+        How many rays to show at most.
+
+    Raises
+    ------
+    RayMapsError
+        If the scene or map can't be read, or the criterion can't be understood.
+    """
+    if isinstance(what, str | Path):
+        what = RayMap.open(what) if Path(what).is_dir() else load_scene(what)
+    if isinstance(what, RayMap):
+        shown = overlay(what, where, rays)
+        return _view(Path(what.path).stem, _what_is_shown(what, where, shown), what.scene, what.meshes, shown)
+    if where is not None:
+        raise SceneError("A scene has no rays that could match a criterion: trace it, then look at its Ray Map.")
+    flux = format_quantity(sum(source.flux_w for source in what.sources.values()), "W")
+    return _view(what.name, f"{len(what.sources)} sources with {flux}", what, load_bodies(what), None)
+
+
+def _what_is_shown(ray_map: RayMap, where: Criterion | str | None, shown: Overlay) -> str:
+    if where is None:
+        return f"the first {shown.rays} of {ray_map.n_rays} rays"
+    criterion = where if isinstance(where, str) else format_criterion(where)
+    found = f"{shown.rays} rays where {criterion}"
+    return f"{found}  ({shown.matching} match of {shown.scanned} looked at)"
+
+
+def _view(title: str, subtitle: str, scene: Scene, meshes: tuple[BodyMesh, ...], rays: Overlay | None) -> ModelView:
+    bodies = _bodies(scene, meshes)
+    detectors = [_detector_shape(name, detector) for name, detector in scene.detectors.items()]
+    size_mm = max(_diagonal_mm([*bodies, *detectors]), 1e-9)
+    sources = [_source_shape(name, source, meshes, size_mm) for name, source in scene.sources.items()]
+    return ModelView(title, subtitle, (*bodies, *detectors, *sources), rays)
+
+
+def _bodies(scene: Scene, meshes: tuple[BodyMesh, ...]) -> list[Shape]:
+    shapes = []
+    counts = {True: 0, False: 0}
+    for mesh, body in zip(meshes, scene.bodies.values(), strict=True):
+        clear = body.medium is not None
+        palette = _CLEAR if clear else _SOLID
+        rgb = palette[counts[clear] % len(palette)]
+        counts[clear] += 1
+        opacity = _CLEAR_OPACITY if clear else _SOLID_OPACITY
+        shapes.append(Shape(mesh.name, "body", rgb, opacity, mesh.corners_mm, feature_edges_mm(mesh)))
+    return shapes
+
+
+def _detector_shape(name: str, detector: RectangleDetector) -> Shape:
+    x, y, normal = detector_axes(detector)
+    centre = np.array(detector.center_mm)
+    x, y = x * detector.width_mm / 2, y * detector.height_mm / 2
+    corners = np.array([centre - x - y, centre + x - y, centre + x + y, centre - x + y])
+    ring = np.hstack([corners, np.roll(corners, -1, axis=0)])
+    # a short arrow on the side that registers light
+    length = 0.08 * min(detector.width_mm, detector.height_mm)
+    tips = {"front": (normal,), "back": (-normal,), "both": (normal, -normal)}[detector.side]
+    arrows = np.array([[*centre, *(centre + tip * length)] for tip in tips])
+    triangles = corners[[[0, 1, 2], [0, 2, 3]]]
+    return Shape(name, "detector", _DETECTOR_COLOUR, 0.10, triangles, np.vstack([ring, arrows]))
+
+
+def _source_shape(name: str, source: Source, meshes: tuple[BodyMesh, ...], size_mm: float) -> Shape:
+    """A source as faces that shine, a disc with an arrow, a cone, or a small ball."""
+    light = np.array(source.rgb) / sum(source.rgb)
+    red, green, blue = (int(band) for band in light_colours(light[None])[0])
+    triangles, lines = np.zeros((0, 3, 3)), np.zeros((0, 6))
+    if isinstance(source, FacesSource):
+        mesh = next(mesh for mesh in meshes if mesh.name == source.body)
+        chosen = np.isin(mesh.triangle_face, mesh.face_indices(source.faces, f"Source '{name}'"))
+        triangles = mesh.corners_mm[chosen]
+    else:
+        centre, radius_mm = np.array(source.position_mm), 0.012 * size_mm
+        if isinstance(source, DiscSource | ConeSource):
+            way = np.array(source.direction) / np.linalg.norm(source.direction)
+            radius_mm = source.radius_mm if isinstance(source, DiscSource) else radius_mm
+            reach = 0.10 * size_mm
+            lines = np.array([[*centre, *(centre + way * reach)]])
+            if isinstance(source, ConeSource):
+                angle = np.radians(min(source.half_angle_deg, 89.0))
+                rim = _ring_mm(centre + way * reach * np.cos(angle), way, reach * np.sin(angle))
+                spokes = np.hstack([np.tile(centre, (4, 1)), rim[:: _RING // 4, :3]])
+                lines = np.vstack([lines, rim, spokes])
+            rim = _ring_mm(centre, way, radius_mm)
+            triangles = np.stack([np.tile(centre, (_RING, 1)), rim[:, :3], rim[:, 3:]], axis=1)
+            lines = np.vstack([lines, rim])
+        else:
+            triangles = _octahedron_mm(centre, radius_mm)
+    return Shape(name, "source", (red, green, blue), 1.0, triangles, lines)
+
+
+def _ring_mm(centre: Float, way: Float, radius_mm: float) -> Float:
+    """A circle around an axis as segments, (n, 6)."""
+    across = np.cross(way, np.eye(3)[np.argmin(np.abs(way))])
+    across /= np.linalg.norm(across)
+    turn = 2 * np.pi * np.arange(_RING)[:, None] / _RING
+    points = centre + radius_mm * (np.cos(turn) * across + np.sin(turn) * np.cross(way, across))
+    return np.hstack([points, np.roll(points, -1, axis=0)])
+
+
+def _octahedron_mm(centre: Float, radius_mm: float) -> Float:
+    axes = np.eye(3)
+    faces = [(sx * axes[0], sy * axes[1], sz * axes[2]) for sx in (1, -1) for sy in (1, -1) for sz in (1, -1)]
+    return centre + radius_mm * np.array(faces)
+
+
+def _points_mm(shapes: list[Shape] | tuple[Shape, ...]) -> Float:
+    parts = [shape.triangles_mm.reshape(-1, 3) for shape in shapes] + [
+        shape.lines_mm.reshape(-1, 3) for shape in shapes
+    ]
+    return np.concatenate([np.zeros((0, 3)), *parts])
+
+
+def _diagonal_mm(shapes: list[Shape]) -> float:
+    points = _points_mm(shapes)
+    return float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 1.0
