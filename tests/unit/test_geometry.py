@@ -74,7 +74,8 @@ def binary_stl(corners, triangles) -> bytes:
 
 def ascii_ply(corners, triangles, kind: str = "float") -> bytes:
     head = (
-        f"ply\nformat ascii 1.0\nelement vertex {len(corners)}\nproperty {kind} x\nproperty {kind} y\nproperty {kind} z\n"
+        f"ply\nformat ascii 1.0\nelement vertex {len(corners)}\n"
+        f"property {kind} x\nproperty {kind} y\nproperty {kind} z\n"
         f"element face {len(triangles)}\nproperty list uchar int vertex_indices\nend_header\n"
     )
     rows = ["{!r} {!r} {!r}".format(*map(float, c)) for c in corners] + ["3 {} {} {}".format(*t) for t in triangles]
@@ -402,7 +403,7 @@ def test_inside_out(tmp_path):
 def test_order_of_bodies_is_the_scenes(tmp_path):
     write_ply(tmp_path / "a.ply", box("x", (0, 0, 0), 2))
     scene = scene_of(tmp_path, "a.ply")
-    bodies = {name: scene.bodies["Part"] for name in ("Zeta", "Alpha")}
+    bodies = dict.fromkeys(("Zeta", "Alpha"), scene.bodies["Part"])
     assert [m.name for m in load_bodies(scene.model_copy(update={"bodies": bodies}).with_folder(tmp_path))] == [
         "Zeta",
         "Alpha",
