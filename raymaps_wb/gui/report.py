@@ -3,7 +3,7 @@
 
 from html import escape
 
-CELL = "padding:1px 6px 1px 0"
+GREY = "#7a7a7a"
 
 
 def html(answer):
@@ -15,29 +15,40 @@ def html(answer):
 
 
 def _ray(ray):
-    flux = f", {ray['flux_w']:.3g} W" if ray.get("flux_w") is not None else ""
-    head = f"<p style='margin:8px 0 2px 0'><b>Ray {ray['ray']}</b> from {escape(str(ray['source']))}{flux}; {escape(str(ray['ended']))}</p>"
-    return head + "<table cellspacing='0'>" + "".join(_event(i, event) for i, event in enumerate(ray["events"])) + "</table>"
+    head = f"<b>Ray {ray['ray']}</b> from {escape(str(ray['source']))}, {ray['flux_w']:.3g} W, {escape(str(ray['ended']))}"
+    rows = "".join(_event(i, event) for i, event in enumerate(ray["events"]))
+    return f"<p style='margin:10px 0 3px 0'>{head}</p><table width='100%' cellspacing='0' cellpadding='2'>{rows}</table>"
 
 
 def _event(i, event):
-    place = event.get("position_mm")
-    where = ", ".join(f"{value:.2f}" for value in place) if place else ""
+    """What happened, with the light left; below in grey where it was, and the detectors crossed on the way from there."""
+    small = [_place(event)] + [_crossing(crossing) for crossing in event.get("detectors") or []]
+    text = escape(str(event.get("text") or event.get("kind")))
     left = event.get("flux_left_w")
-    colour = _colour(event.get("rgb"))
-    detectors = "".join(f"<br><i>{escape(_detector(crossing))}</i>" for crossing in event.get("detectors") or [])
     return (
-        f"<tr><td style='{CELL};color:#888'>{i}</td><td style='{CELL};color:{colour}'>&#9632;</td>"
-        f"<td style='{CELL}'>{escape(str(event.get('text') or event.get('kind')))}{detectors}</td>"
-        f"<td style='{CELL};color:#666'>{where}</td><td style='{CELL}' align='right'>{'' if left is None else f'{left:.3g} W'}</td></tr>"
+        f"<tr><td width='22' style='color:{GREY}'>{i}</td>"
+        f"<td width='14' style='color:{_colour(event.get('rgb'))}'>&#9632;</td>"
+        f"<td>{text}<br><span style='color:{GREY};font-size:small'>{'<br>'.join(line for line in small if line)}</span></td>"
+        f"<td width='70' align='right'>{'' if left is None else f'{left:.3g} W'}</td></tr>"
     )
 
 
-def _detector(crossing):
-    return f"crosses {crossing['name'] if isinstance(crossing, dict) and 'name' in crossing else crossing}"
+def _place(event):
+    position = ", ".join(f"{value:.2f}" for value in event.get("position_mm") or ())
+    on = ".".join(str(event[key]) for key in ("body", "face") if event.get(key))
+    prop = f" ({event['surface']})" if event.get("surface") else ""
+    return escape(f"{on}{prop} at {position} mm" if on else f"at {position} mm") if position else ""
+
+
+def _crossing(crossing):
+    return escape(
+        f"\u2192 crosses {crossing['detector']} at {crossing['x_mm']:.2f}, {crossing['y_mm']:.2f} mm, "
+        f"{crossing['angle_deg']:.1f}\u00b0" + ("" if crossing["registered"] else ", not registered")
+    )
 
 
 def _colour(rgb):
+    """Colour of the light at full brightness; grey for none."""
     largest = max(rgb, default=0) if rgb else 0
     if not largest:
         return "#bbbbbb"

@@ -116,6 +116,8 @@ class StudySession(QtCore.QObject):
             result.Rays = int(outcome.summary.get("rays", 0))
             result.Events = int(outcome.summary.get("events", 0))
             result.MatchingRays, result.FluxW, result.FluxStderrW = 0, 0.0, 0.0
+        for obj in (result, study):  # a result asks for no recompute
+            obj.purgeTouched()
         update_stale(study)
         if outcome.state != DONE:
             FreeCAD.Console.PrintWarning(f"Ray Maps: {outcome.text}\n")

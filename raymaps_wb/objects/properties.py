@@ -4,7 +4,7 @@
 import FreeCAD
 
 SCHEMA_PROPERTY = "SchemaVersion"
-HIDDEN, READ_ONLY = 4, 1  # App::PropertyType flags
+READ_ONLY, HIDDEN, OUTPUT, NO_RECOMPUTE = 1, 4, 8, 16  # App::PropertyType flags
 
 
 class Property:
@@ -19,16 +19,32 @@ class Property:
     choices : tuple of str, for an enumeration
     shown_for : tuple of str, kinds of the object for which it matters; empty: always
     read_only, hidden : bool
+    output : bool
+        Nothing depends on it: a change asks for no recompute.
     """
 
-    def __init__(self, kind, name, text, default=None, *, choices=(), shown_for=(), read_only=False, hidden=False):
+    def __init__(
+        self,
+        kind,
+        name,
+        text,
+        default=None,
+        *,
+        choices=(),
+        shown_for=(),
+        read_only=False,
+        hidden=False,
+        output=False,
+    ):
         self.kind, self.name, self.text, self.default = kind, name, text, default
-        self.choices, self.shown_for, self.read_only, self.hidden = choices, shown_for, read_only, hidden
+        self.choices, self.shown_for = choices, shown_for
+        self.read_only, self.hidden, self.output = read_only, hidden, output
 
     def ensure(self, obj, group):
         """Add the property if the object does not have it; never changes a value that is there."""
         if self.name not in obj.PropertiesList:
             flags = (READ_ONLY if self.read_only else 0) | (HIDDEN if self.hidden else 0)
+            flags |= OUTPUT | NO_RECOMPUTE if self.output else 0
             obj.addProperty(self.kind, self.name, group, self.text, flags)
             if self.choices:
                 setattr(obj, self.name, list(self.choices))

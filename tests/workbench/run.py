@@ -20,7 +20,7 @@ import tempfile
 FOLDER = os.path.dirname(os.path.abspath(__file__))
 ADDON = os.path.dirname(os.path.dirname(FOLDER))
 LIMITS_S = {"app": 300, "gui": 600}
-WINDOW = ["xvfb-run", "-a", "-s", "-screen 0 1600x1000x24"]
+WINDOW = ["xvfb-run", "-a", "-s", "-screen 0 1600x1000x24 -dpi 96"]
 
 
 def program(*names):

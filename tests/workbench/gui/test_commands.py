@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Commands, task panels and what the objects look like."""
+
+import FreeCAD
+import FreeCADGui
+from gui.window import WindowTest, spin
+
+from raymaps_wb.compat import QtWidgets
+from raymaps_wb.gui import dock
+from raymaps_wb.gui.commands import COMMANDS
+from raymaps_wb.gui.examples import criteria, quoted
+from raymaps_wb.objects.references import reference_list
+from raymaps_wb.objects.source import make_source
+from raymaps_wb.objects.study import members, studies
+
+
+class CommandsTest(WindowTest):
+    def edit(self, obj):
+        """Open the object's task panel."""
+        FreeCADGui.getDocument(obj.Document.Name).setEdit(obj.Name, 0)
+        return obj.ViewObject.Proxy.panel(obj)
+
+    def close_panel(self):
+        FreeCADGui.getDocument(self.document.Name).resetEdit()
+        FreeCADGui.Control.closeDialog()
+
+    def test_every_command_is_known_with_its_icon(self):
+        known = FreeCADGui.listCommands()
+        for command in COMMANDS:
+            self.assertIn(command.NAME, known)
+            resources = command.GetResources()
+            self.assertTrue(resources["MenuText"] and resources["ToolTip"])
+            with open(resources["Pixmap"], encoding="utf-8") as file:
+                self.assertIn("<svg", file.read())
+
+    def test_new_objects_take_the_selection_and_can_be_undone(self):
+        box = self.box()
+        self.document.recompute()
+        FreeCADGui.runCommand("RayMaps_Study")
+        study = studies(self.document)[0]
+        for command, member, sub in (
+            ("RayMaps_Medium", "RayMaps::Medium", ""),
+            ("RayMaps_SurfaceProperty", "RayMaps::SurfaceProperty", "Face2"),
+            ("RayMaps_Source", "RayMaps::Source", "Face6"),
+        ):
+            FreeCADGui.Selection.clearSelection()
+            FreeCADGui.Selection.addSelection(self.document.Name, box.Name, sub)
+            FreeCADGui.runCommand(command)
+            self.close_panel()
+            self.assertEqual([reference_list(obj) for obj in members(study, member)], [[(box, sub)]], command)
+        source = members(study, "RayMaps::Source")[0]
+        self.assertEqual(source.Kind, "Faces")
+        FreeCADGui.Selection.clearSelection()
+        FreeCADGui.Selection.addSelection(self.document.Name, box.Name, "Face6")
+        FreeCADGui.runCommand("RayMaps_Detector")
+        self.close_panel()
+        detector = members(study, "RayMaps::Detector")[0]
+        self.assertAlmostEqual(detector.Placement.Base.z, 30.05)
+        self.assertAlmostEqual(detector.Placement.Rotation.multVec(FreeCAD.Vector(0, 0, 1)).z, 1)
+        for n_left in (3, 2, 1, 0):
+            self.document.undo()
+            self.assertEqual(len(study.Group), n_left)
+        self.document.undo()
+        self.assertEqual(studies(self.document), [])
+
+    def test_task_panels_write_as_one_step(self):
+        study, _, _ = self.full_study()
+        source = members(study, "RayMaps::Source")[0]
+        panel = self.edit(source)
+        panel.editors["Kind"].widget.setCurrentText("Cone")
+        panel.editors["FluxW"].widget.setText("2.5")
+        panel.editors["RGB"].widget.setText("1 0.5 0")
+        panel.editors["HalfAngle"].widget.setProperty("value", FreeCAD.Units.Quantity("33 deg"))
+        self.assertTrue(panel.accept())
+        self.assertEqual((source.Kind, source.FluxW, list(source.RGB)), ("Cone", 2.5, [1, 0.5, 0]))
+        self.assertAlmostEqual(float(source.HalfAngle), 33)
+        self.document.undo()
+        self.assertEqual((source.Kind, source.FluxW), ("Point", 1.0))
+
+    def test_task_panels_refuse_what_is_no_number(self):
+        study, _, _ = self.full_study()
+        medium = members(study, "RayMaps::Medium")[0]
+        panel = self.edit(medium)
+        panel.editors["AbsorptionPerMm"].widget.setText("a lot")
+        panel.editors["RefractiveIndex"].widget.setText("1.7")
+        self.assertFalse(panel.accept())
+        self.assertIn("'a' is not a number", panel._message.text())
+        self.assertAlmostEqual(medium.RefractiveIndex, 1.4914)
+        self.close_panel()
+
+    def test_every_task_panel_opens_and_writes_back_what_it_showed(self):
+        from raymaps_wb.export.fingerprint import fingerprint
+
+        study = self.open_example("singlet_barrel")
+        before = fingerprint(study)
+        for obj in [study, *study.Group]:
+            panel = self.edit(obj)
+            spin(0.05)
+            self.assertIsNotNone(FreeCADGui.Control.activeDialog())
+            self.assertTrue(panel.accept(), obj.Label)
+        self.assertEqual(fingerprint(study), before)
+
+    def test_mixture_panel(self):
+        study = self.open_example("singlet_barrel")
+        paint = next(obj for obj in study.Group if obj.Label == "black_paint")
+        panel = self.edit(paint)
+        rows = {panel._table.item(row, 0).text(): row for row in range(panel._table.rowCount())}
+        panel._table.item(rows["matte"], 1).setText("0.5")
+        panel._table.item(rows["absorbing"], 1).setText("0.5")
+        panel._table.item(rows["gloss"], 1).setText("0")
+        self.assertTrue(panel.accept())
+        self.assertEqual([part.Label for part in paint.Parts], ["absorbing", "matte"])
+        self.assertEqual(list(paint.Weights), [0.5, 0.5])
+
+    def test_sources_and_detectors_are_drawn(self):
+        study, _, _ = self.full_study()
+        for kind in ("Point", "Cone", "Disc"):
+            source = make_source(self.document, study, kind, kind)
+            self.assertGreater(source.ViewObject.Proxy.root.getNumChildren(), 0, kind)
+        detector = members(study, "RayMaps::Detector")[0]
+        detector.Placement.Base = self.vector(0, 0, 80)
+        spin(0.2)
+        view = FreeCADGui.activeDocument().activeView()
+        view.setAnimationEnabled(False)
+        view.viewIsometric()
+        view.fitAll()
+        shown = self.picture("a.png")
+        detector.ViewObject.Visibility = False
+        self.assertNotEqual(shown, self.picture("b.png"))
+
+    def test_one_panel(self):
+        self.assertIs(dock.show(), dock.show())
+        found = [w for w in FreeCADGui.getMainWindow().findChildren(QtWidgets.QDockWidget) if w.objectName() == dock.NAME]
+        self.assertEqual(len(found), 1)
+
+    def test_suggested_criteria_are_made_of_the_study_s_names(self):
+        study, _, _ = self.full_study()
+        members(study, "RayMaps::Source")[0].Label = 'the "lamp"'
+        self.assertIn('from("the \\"lamp\\"")', criteria(study))
+        self.assertIn("detector(Detector)", criteria(study))
+        self.assertEqual([quoted(name) for name in ("a_1", "1a", "ä")], ["a_1", '"1a"', '"ä"'])
