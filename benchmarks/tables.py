@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""What was measured as tables for people, and as plain data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, is_dataclass
+from typing import Any
+
+from benchmarks.asking import CONTESTANTS
+from benchmarks.targets import Measured, further_event_s, judge
+from benchmarks.timing import Timing, number, summary
+
+__all__ = ["Section", "plain", "sections"]
+
+
+@dataclass(frozen=True)
+class Section:
+    """A table under a heading, with a sentence about how to read it."""
+
+    title: str
+    note: str
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+    def to_markdown(self) -> str:
+        """Heading, note and a table whose columns line up also as plain text."""
+        cells = [self.header, *self.rows]
+        width = [max(len(row[i]) for row in cells) for i in range(len(self.header))]
+        lines = ["| " + " | ".join(c.ljust(w) for c, w in zip(row, width, strict=True)) + " |" for row in cells]
+        lines.insert(1, "|" + "|".join("-" * (w + 2) for w in width) + "|")
+        return "\n".join([f"## {self.title}", "", *([self.note, ""] if self.note else []), *lines])
+
+
+def sections(measured: Measured) -> list[Section]:
+    """All tables, the figures to reach first."""
+    return [
+        Section(
+            "Figures to reach", "Medians. A figure is met only if every scene meets it.",
+            ("what", "target", "measured", "met"),
+            tuple((j.what, j.target, j.measured, j.met) for j in judge(measured)),
+        ),
+        _speeds(measured),
+        _ratios(measured),
+        _sizes(measured),
+        _columns(measured),
+        _openings(measured),
+        _answers(measured),
+        _results(measured),
+    ]  # fmt: skip
+
+
+def _speeds(m: Measured) -> Section:
+    rows = []
+    for s in m.speeds:
+        for what, timing in (("trace", s.trace), ("trace and store", s.store)):
+            rows.append(
+                (
+                    s.scene, str(s.threads), what, number(s.rays), number(s.segments),
+                    summary(timing), summary(timing.rate(s.rays), 1e-3), summary(timing.rate(s.segments), 1e-6),
+                )
+            )  # fmt: skip
+    note = (
+        "Median (least to most). A segment starts at every event that is no end. Trace: simulated and thrown away. "
+        "Trace and store: every ray on disk, compressed; without compiling the scene, which takes "
+        + "; ".join(f"{summary(s.prepare, 1e3)} ms for {s.scene}" for s in m.speeds if s.threads == m.speeds[0].threads)
+        + "."
+    )
+    header = ("scene", "threads", "what", "rays", "segments", "s", "1000 rays/s", "million segments/s")
+    return Section("Simulating", note, header, tuple(rows))
+
+
+def _ratios(m: Measured) -> Section:
+    rows = [
+        (
+            s.scene, str(s.threads), number(s.searches), summary(s.embree), summary(s.trace.over(s.embree)),
+            summary(s.store.over(s.embree)), summary(s.store.over(s.trace)),
+        )
+        for s in m.speeds
+    ]  # fmt: skip
+    note = (
+        "The bare loop hands to Embree, portion by portion on as many threads, the very batches of float32 rays that "
+        "the tracer handed to it. All three take turns; ratios are taken round by round."
+    )
+    header = (
+        "scene", "threads", "searches", "bare Embree, s", "trace / Embree", "trace and store / Embree", "store / trace",
+    )  # fmt: skip
+    return Section("Against a bare Embree loop over the same rays", note, header, tuple(rows))
+
+
+def _sizes(m: Measured) -> Section:
+    rows = [
+        (
+            s.scene, str(s.detectors), number(s.rays), number(s.segments), number(s.crossings), number(s.bytes),
+            number(s.per_segment(s.bytes)), number(s.bytes / max(s.events, 1)),
+        )
+        for s in m.sizes
+    ]  # fmt: skip
+    header = ("scene", "detectors", "rays", "segments", "crossings", "bytes", "B a segment", "B an event")
+    return Section("Size on disk", "All files of all portions.", header, tuple(rows))
+
+
+def _columns(m: Measured) -> Section:
+    keys = list(dict.fromkeys(key for size in m.sizes for key in size.columns))
+    rows = [
+        (*key, *(number(s.per_segment(s.columns[key])) if key in s.columns else "" for s in m.sizes)) for key in keys
+    ]
+    header = ("file", "column", *(f"{s.scene}, {s.detectors} detectors" for s in m.sizes))
+    return Section("Bytes a segment by column", "Compressed.", header, tuple(rows))
+
+
+def _openings(m: Measured) -> Section:
+    rows = [(o.scene, number(o.rays), summary(o.open, 1e3), summary(o.info_process, 1e3)) for o in m.openings]
+    header = ("scene", "rays", "RayMap.open, ms", "process `raymaps info`, ms")
+    return Section("Opening a map", "Files in the system's cache.", header, tuple(rows))
+
+
+def _answers(m: Measured) -> Section:
+    rows = [
+        (a.criterion.replace("|", "\\|"), a.scene, number(a.rays), number(a.found))
+        + tuple(summary(a.timings[who], 1e3) for who in CONTESTANTS)
+        for a in m.answers
+    ]
+    further = {a.scene: further_event_s(m.answers, a.scene) for a in m.answers}
+    note = (
+        "ms. Files: from the files as they lie there, opening included; memory: columns or tables loaded. All count "
+        "the same rays, or the run fails; Ray Maps also gives their numbers and their flux with its error. Ray Maps "
+        "answers on one thread; DuckDB and Polars may use all processors, and each question was given to them in "
+        "several forms of which the fastest is timed. Each event after the first costs Ray Maps "
+        + "; ".join(f"{number(1e3 * s)} ms ({scene})" for scene, s in further.items())
+        + "."
+    )
+    return Section("Asking", note, ("criterion", "scene", "rays", "found", *CONTESTANTS), tuple(rows))
+
+
+def _results(m: Measured) -> Section:
+    rows = [
+        (r.name, r.scene, r.amount, summary(r.first, 1e3) if r.first else "", summary(r.again, 1e3)) for r in m.results
+    ]
+    header = ("what", "scene", "amount", "first, with opening, ms", "columns loaded, ms")
+    return Section("Results", "", header, tuple(rows))
+
+
+def plain(value: Any) -> Any:
+    """Measurements as JSON has them."""
+    if isinstance(value, Timing):
+        return value.to_dict()
+    if is_dataclass(value) and not isinstance(value, type):
+        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, dict):
+        return {".".join(key) if isinstance(key, tuple) else key: plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    return value

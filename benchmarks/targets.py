@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""The figures that the project set itself, against what was measured: a figure is met only if every scene meets it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from benchmarks.asking import Answer, Opening
+from benchmarks.files import Size
+from benchmarks.results import ResultTime
+from benchmarks.simulating import Speed
+from benchmarks.timing import number
+
+__all__ = ["Judgement", "Measured", "judge"]
+
+MILLION = 1_000_000
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Everything that was measured."""
+
+    speeds: tuple[Speed, ...]
+    sizes: tuple[Size, ...]
+    openings: tuple[Opening, ...]
+    answers: tuple[Answer, ...]
+    results: tuple[ResultTime, ...]
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A figure to reach, what was measured, and whether it is met."""
+
+    what: str
+    target: str
+    measured: str
+    met: str
+
+
+def judge(m: Measured) -> list[Judgement]:
+    """A row a figure."""
+    most_threads = max(speed.threads for speed in m.speeds)
+    fast = [speed for speed in m.speeds if speed.threads == most_threads]
+    one_event = [answer for answer in m.answers if answer.n_events == 1 and not answer.is_area]
+    binned = [result for result in m.results if result.name == "detector re-binned"]
+    served = [result for result in m.results if "serve" in result.name]
+    return [
+        _row(
+            f"simulate and store against a bare Embree loop over the same rays, {most_threads} threads", "1.5 times",
+            [(s.scene, s.store.over(s.embree).median) for s in fast], 1.5, " times",
+        ),
+        _row(
+            "file, RGB", "8 B a segment",
+            [(f"{s.scene}, {s.detectors} detectors", s.per_segment(s.bytes)) for s in m.sizes], 8.0, " B",
+        ),
+        Judgement("file, 33 wavelengths", "8.2 B a segment", "light is stored as RGB only so far", "not measured"),
+        _row(
+            f"open a map of {_many(o.rays for o in m.openings)} rays, in process", "50 ms",
+            [(o.scene, 1e3 * o.open.median) for o in m.openings], 50.0, " ms",
+        ),
+        _row(
+            f"criterion of one event, {_many(a.rays for a in one_event)} rays, in memory", "10 ms",
+            [(a.scene, 1e3 * a.timings["Ray Maps, memory"].median) for a in one_event], 10.0, " ms",
+        ),
+        *(
+            _row(
+                f"the same, {ours} against the faster of DuckDB and Polars {theirs}", "20 times faster",
+                [(a.scene, _lead(a, ours_key, where)) for a in one_event], 20.0, " times", at_least=True,
+            )
+            for ours, ours_key, theirs, where in (
+                ("in memory", "memory", "over the files", "files"),
+                ("over the files", "files", "over the files", "files"),
+                ("in memory", "memory", "in memory", "memory"),
+            )
+        ),
+        _row(
+            "each further event", "1 ms",
+            [(scene, 1e3 * further_event_s(m.answers, scene)) for scene in _scenes(m)], 1.0, " ms",
+        ),
+        _row(
+            "detector re-binned, a million crossings", "20 ms",
+            [
+                (f"{r.scene}, {r.amount}", 1e3 * r.again.median * MILLION / max(r.amount_number, 1))
+                for r in binned
+            ],
+            20.0, " ms a million",
+        ),
+        Judgement(
+            "from pressing Apply to 10 000 rays drawn in FreeCAD", "500 ms",
+            "without FreeCAD's part: " + _list([(r.scene, 1e3 * r.again.median) for r in served], " ms"),
+            "not measured here",
+        ),
+    ]  # fmt: skip
+
+
+def further_event_s(answers: Iterable[Answer], scene: str) -> float:
+    """Mean time that each event after the first adds, in memory."""
+    of_scene = [answer for answer in answers if answer.scene == scene and not answer.is_area]
+    first, last = of_scene[0], of_scene[-1]
+    more = last.timings["Ray Maps, memory"].median - first.timings["Ray Maps, memory"].median
+    return more / (last.n_events - first.n_events)
+
+
+def _lead(answer: Answer, ours: str, theirs: str) -> float:
+    """How many times faster than the faster rival."""
+    mine = answer.timings[f"Ray Maps, {ours}"]
+    return min(answer.timings[f"{rival}, {theirs}"].over(mine).median for rival in ("DuckDB", "Polars"))
+
+
+def _row(
+    what: str, target: str, figures: list[tuple[str, float]], limit: float, unit: str, *, at_least: bool = False
+) -> Judgement:
+    good = [figure >= limit if at_least else figure <= limit for _, figure in figures]
+    met = "yes" if all(good) else "no" if not any(good) else f"in {sum(good)} of {len(good)}"
+    return Judgement(what, target, _list(figures, unit), met)
+
+
+def _list(figures: list[tuple[str, float]], unit: str) -> str:
+    return "; ".join(f"{number(figure)}{unit} ({label})" for label, figure in figures)
+
+
+def _scenes(m: Measured) -> list[str]:
+    return list(dict.fromkeys(answer.scene for answer in m.answers))
+
+
+def _many(rays: Iterable[int]) -> str:
+    return " or ".join(f"{n:,}".replace(",", " ") for n in dict.fromkeys(rays))

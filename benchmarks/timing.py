@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Contestants take turns, so that whatever else the machine does meets them alike."""
+
+from __future__ import annotations
+
+import gc
+import statistics
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+__all__ = ["Timing", "alternate", "repeat", "summary"]
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Seconds (or ratios) of several repeats."""
+
+    values: tuple[float, ...]
+
+    @property
+    def median(self) -> float:
+        return statistics.median(self.values)
+
+    def over(self, other: Timing) -> Timing:
+        """Ratio round by round: both were measured in the same rounds."""
+        return Timing(tuple(a / b for a, b in zip(self.values, other.values, strict=True)))
+
+    def scaled(self, factor: float) -> Timing:
+        return Timing(tuple(factor * value for value in self.values))
+
+    def rate(self, amount: float) -> Timing:
+        """Amount a second."""
+        return Timing(tuple(amount / value for value in self.values))
+
+    def to_dict(self) -> dict[str, Any]:
+        return {"median": self.median, "min": min(self.values), "max": max(self.values), "repeats": len(self.values)}
+
+
+def alternate(
+    contestants: Mapping[str, Callable[[], Any]],
+    repeats: int,
+    *,
+    prepare: Callable[[], Any] | None = None,
+    warm_up: bool = True,
+) -> tuple[dict[str, Timing], dict[str, Any]]:
+    """Time each contestant once a round, the first place rotating; returns timings and their last results.
+
+    ``prepare`` runs before each contestant outside of the time that is taken; a warm-up round does not count.
+    """
+    seconds: dict[str, list[float]] = {name: [] for name in contestants}
+    results: dict[str, Any] = {}
+    names = list(contestants)
+    for turn in range(-1 if warm_up else 0, repeats):
+        gc.collect()
+        at = max(turn, 0) % len(names)
+        for name in names[at:] + names[:at]:
+            if prepare is not None:
+                prepare()
+            results.pop(name, None)
+            gc.disable()  # a collection of everybody's garbage would meet whoever comes last
+            started = time.perf_counter()
+            result = contestants[name]()
+            took = time.perf_counter() - started
+            gc.enable()
+            results[name] = result
+            if turn >= 0:
+                seconds[name].append(took)
+    return {name: Timing(tuple(values)) for name, values in seconds.items()}, results
+
+
+def repeat(work: Callable[[], Any], repeats: int) -> tuple[Timing, Any]:
+    """Time one piece of work on its own, after one that does not count."""
+    timings, results = alternate({"work": work}, repeats)
+    return timings["work"], results["work"]
+
+
+def summary(timing: Timing, factor: float = 1.0, digits: int = 3) -> str:
+    """``median (min - max)`` for people."""
+    low, high = min(timing.values) * factor, max(timing.values) * factor
+    return f"{number(timing.median * factor, digits)} ({number(low, digits)} to {number(high, digits)})"
+
+
+def number(value: float, digits: int = 3) -> str:
+    """A number with so many significant digits, never in powers of ten."""
+    if value == 0 or abs(value) >= 10 ** (digits - 1):
+        return f"{value:,.0f}".replace(",", " ")
+    return f"{value:#.{digits}g}".rstrip(".")
