@@ -6,12 +6,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["hex_colour", "light_colours", "paper_colours"]
+from raymaps.errors import MissingPackageError
+
+__all__ = ["FALSE_COLOURS", "false_colours", "hex_colour", "light_colours", "paper_colours"]
 
 #: A ray with hardly any light left is drawn with this brightness, one with all its light with 1.
 DIMMEST = 0.45
 #: On white paper light is drawn no brighter than this luminance, and no more transparent than this opacity.
 BRIGHTEST_ON_PAPER, FAINTEST_ON_PAPER = 0.30, 0.25
+
+#: The colour map of irradiances.
+FALSE_COLOURS = "inferno"
 
 #: Luminance of the three bands as sRGB primaries, IEC 61966-2-1.
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
@@ -61,6 +66,29 @@ def paper_colours(light: NDArray[np.floating]) -> NDArray[np.uint8]:
     left = np.clip(light.sum(axis=1), 0.0, 1.0)
     opacity = FAINTEST_ON_PAPER + (1.0 - FAINTEST_ON_PAPER) * np.sqrt(left)
     return np.round(255.0 * np.column_stack([_encoded(linear), opacity])).astype(np.uint8)
+
+
+def false_colours(share: NDArray[np.floating]) -> NDArray[np.uint8]:
+    """False colours of numbers from 0 to 1, as in pictures of detectors.
+
+    Parameters
+    ----------
+    share : (...) float
+
+    Returns
+    -------
+    (..., 3) uint8
+
+    Raises
+    ------
+    MissingPackageError
+        If matplotlib is not installed.
+    """
+    try:
+        from matplotlib import colormaps
+    except ImportError:
+        raise MissingPackageError("matplotlib", "pictures", "A picture in false colours") from None
+    return np.asarray(colormaps[FALSE_COLOURS](share, bytes=True)[..., :3])
 
 
 def _encoded(linear: NDArray[np.float64]) -> NDArray[np.float64]:

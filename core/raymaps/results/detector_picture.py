@@ -10,6 +10,7 @@ import numpy as np
 
 from raymaps.criterion import Ellipse, Rectangle
 from raymaps.errors import MissingPackageError
+from raymaps.results.colours import FALSE_COLOURS
 from raymaps.results.detector import DetectorMap, Statistic
 
 if TYPE_CHECKING:
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 
 __all__ = ["draw_detector_map"]
 
-_COLOUR_MAP = "inferno"
 _INK, _PALE = "#30343b", "#6b7280"
 _LONG_SIDE_INCH = 5.6
 #: Colours are logarithmic, over so many decades, where the brightest cell exceeds the middle one so many times.
@@ -59,7 +59,7 @@ def _draw_cells(figure: Figure, axes: Axes, detector_map: DetectorMap) -> None:
 
     irradiance = np.ma.masked_invalid(detector_map.irradiance_w_per_mm2)
     half_width, half_height = detector_map.width_mm / 2, detector_map.height_mm / 2
-    colours = colormaps[_COLOUR_MAP].with_extremes(bad="#e4e6e9", under=colormaps[_COLOUR_MAP](0.0))
+    colours = colormaps[FALSE_COLOURS].with_extremes(bad="#e4e6e9", under=colormaps[FALSE_COLOURS](0.0))
     brightest = float(irradiance.max()) if irradiance.count() else 0.0
     lit = irradiance.compressed()[irradiance.compressed() > 0]
     logarithmic = len(lit) > 0 and brightest > _LOGARITHMIC_FROM * float(np.median(lit))

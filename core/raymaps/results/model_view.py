@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -13,14 +14,15 @@ from raymaps.criterion import Criterion, format_criterion
 from raymaps.effects.crossings import detector_axes
 from raymaps.errors import SceneError
 from raymaps.geometry import BodyMesh, load_bodies
-from raymaps.results.colours import light_colours
+from raymaps.results.colours import false_colours, light_colours
+from raymaps.results.detector import DetectorMap, evaluate_detector
 from raymaps.results.edges import feature_edges_mm
 from raymaps.results.overlay import Overlay, overlay
 from raymaps.scene import ConeSource, DiscSource, FacesSource, RectangleDetector, Scene, Source, load_scene
 from raymaps.store import RayMap
 from raymaps.units import format_quantity
 
-__all__ = ["ModelView", "Shape", "build_view"]
+__all__ = ["EDGE_RGBA", "ModelView", "Painting", "Shape", "build_view"]
 
 Float = NDArray[np.float64]
 
@@ -28,6 +30,8 @@ Float = NDArray[np.float64]
 _CLEAR = ((86, 160, 211), (98, 186, 172), (140, 150, 220), (120, 190, 130), (196, 150, 210))
 _SOLID = ((128, 134, 145), (176, 152, 120), (108, 128, 150), (150, 138, 160), (120, 148, 130), (168, 128, 128))
 _CLEAR_OPACITY, _SOLID_OPACITY = 0.16, 0.16
+#: Edges of bodies and outlines of sources.
+EDGE_RGBA = (70, 76, 86, 190)
 _DETECTOR_COLOUR = (32, 150, 94)
 _RING = 48
 
@@ -56,6 +60,15 @@ class Shape:
 
 
 @dataclass(frozen=True)
+class Painting:
+    """The light on a detector in false colours, in its place: triangles (n, 3, 3) in mm, and their colours (n, 3)."""
+
+    detector: str
+    triangles_mm: Float = field(repr=False)
+    rgb: NDArray[np.uint8] = field(repr=False)
+
+
+@dataclass(frozen=True)
 class ModelView:
     """Everything that a picture shows.
 
@@ -64,26 +77,27 @@ class ModelView:
     title, subtitle : str
     shapes : tuple of Shape
     rays : Overlay or None
+    paintings : tuple of Painting
     """
 
     title: str
     subtitle: str
     shapes: tuple[Shape, ...]
     rays: Overlay | None
+    paintings: tuple[Painting, ...] = ()
 
     @property
     def points_mm(self) -> Float:
         """Ends and corners of all shapes, (n, 3)."""
         return _points_mm(self.shapes)
 
-    @property
-    def bounds_mm(self) -> Float:
-        """Lower and upper corner around all shapes, (2, 3)."""
-        points = self.points_mm
-        return np.stack([points.min(axis=0), points.max(axis=0)])
 
-
-def build_view(what: str | Path | Scene | RayMap, where: Criterion | str | None = None, rays: int = 300) -> ModelView:
+def build_view(
+    what: str | Path | Scene | RayMap,
+    where: Criterion | str | None = None,
+    rays: int = 300,
+    paint: Sequence[str] = (),
+) -> ModelView:
     """Collect what a picture of a scene, or of a map with matching rays, shows.
 
     Parameters
@@ -93,6 +107,8 @@ def build_view(what: str | Path | Scene | RayMap, where: Criterion | str | None 
         Which rays to show; a scene has none.
     rays : int
         How many rays to show at most.
+    paint : names of detectors, optional
+        On which the light of all matching rays is painted in false colours; needs matplotlib.
 
     Raises
     ------
@@ -103,9 +119,11 @@ def build_view(what: str | Path | Scene | RayMap, where: Criterion | str | None 
         what = RayMap.open(what) if Path(what).is_dir() else load_scene(what)
     if isinstance(what, RayMap):
         shown = overlay(what, where, rays)
-        return _view(Path(what.path).stem, _what_is_shown(what, where, shown), what.scene, what.meshes, shown)
-    if where is not None:
-        raise SceneError("A scene has no rays that could match a criterion: trace it, then look at its Ray Map.")
+        paintings = tuple(_painting(evaluate_detector(what, name, where=where), what.scene) for name in paint)
+        words = _what_is_shown(what, where, shown)
+        return _view(Path(what.path).stem, words, what.scene, what.meshes, shown, paintings)
+    if where is not None or paint:
+        raise SceneError("A scene has no rays yet that could be shown: trace it, then look at its Ray Map.")
     flux = format_quantity(sum(source.flux_w for source in what.sources.values()), "W")
     return _view(what.name, f"{len(what.sources)} sources with {flux}", what, load_bodies(what), None)
 
@@ -118,12 +136,20 @@ def _what_is_shown(ray_map: RayMap, where: Criterion | str | None, shown: Overla
     return f"{found}  ({shown.matching} match of {shown.scanned} looked at)"
 
 
-def _view(title: str, subtitle: str, scene: Scene, meshes: tuple[BodyMesh, ...], rays: Overlay | None) -> ModelView:
+def _view(
+    title: str,
+    subtitle: str,
+    scene: Scene,
+    meshes: tuple[BodyMesh, ...],
+    rays: Overlay | None,
+    paintings: tuple[Painting, ...] = (),
+) -> ModelView:
     bodies = _bodies(scene, meshes)
-    detectors = [_detector_shape(name, detector) for name, detector in scene.detectors.items()]
+    painted = {painting.detector for painting in paintings}
+    detectors = [_detector_shape(name, detector, name not in painted) for name, detector in scene.detectors.items()]
     size_mm = max(_diagonal_mm([*bodies, *detectors]), 1e-9)
     sources = [_source_shape(name, source, meshes, size_mm) for name, source in scene.sources.items()]
-    return ModelView(title, subtitle, (*bodies, *detectors, *sources), rays)
+    return ModelView(title, subtitle, (*bodies, *detectors, *sources), rays, paintings)
 
 
 def _bodies(scene: Scene, meshes: tuple[BodyMesh, ...]) -> list[Shape]:
@@ -139,7 +165,7 @@ def _bodies(scene: Scene, meshes: tuple[BodyMesh, ...]) -> list[Shape]:
     return shapes
 
 
-def _detector_shape(name: str, detector: RectangleDetector) -> Shape:
+def _detector_shape(name: str, detector: RectangleDetector, tinted: bool) -> Shape:
     x, y, normal = detector_axes(detector)
     centre = np.array(detector.center_mm)
     x, y = x * detector.width_mm / 2, y * detector.height_mm / 2
@@ -149,8 +175,20 @@ def _detector_shape(name: str, detector: RectangleDetector) -> Shape:
     length = 0.08 * min(detector.width_mm, detector.height_mm)
     tips = {"front": (normal,), "back": (-normal,), "both": (normal, -normal)}[detector.side]
     arrows = np.array([[*centre, *(centre + tip * length)] for tip in tips])
-    triangles = corners[[[0, 1, 2], [0, 2, 3]]]
+    triangles = corners[[[0, 1, 2], [0, 2, 3]]] if tinted else np.zeros((0, 3, 3))
     return Shape(name, "detector", _DETECTOR_COLOUR, 0.10, triangles, np.vstack([ring, arrows]))
+
+
+def _painting(lit: DetectorMap, scene: Scene) -> Painting:
+    """A detector's map in its place, with two triangles a cell."""
+    x, y, _ = detector_axes(scene.detectors[lit.detector])
+    centre = np.array(scene.detectors[lit.detector].center_mm)
+    corners = centre + lit.x_edges_mm[None, :, None] * x + lit.y_edges_mm[:, None, None] * y
+    a, b, c, d = corners[:-1, :-1], corners[:-1, 1:], corners[1:, 1:], corners[1:, :-1]
+    triangles = np.stack([np.stack([a, b, c], axis=2), np.stack([a, c, d], axis=2)], axis=2)
+    irradiance = np.nan_to_num(lit.irradiance_w_per_mm2)
+    rgb = false_colours(irradiance / (irradiance.max() or 1.0))
+    return Painting(lit.detector, triangles.reshape(-1, 3, 3), np.repeat(rgb.reshape(-1, 3), 2, axis=0))
 
 
 def _source_shape(name: str, source: Source, meshes: tuple[BodyMesh, ...], size_mm: float) -> Shape:

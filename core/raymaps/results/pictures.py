@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,9 +12,10 @@ from numpy.typing import NDArray
 
 from raymaps.criterion import Criterion
 from raymaps.errors import MissingPackageError
+from raymaps.results.camera import fit_camera
 from raymaps.results.colours import paper_colours
 from raymaps.results.files import check_suffix, new_file
-from raymaps.results.model_view import ModelView, Shape, build_view
+from raymaps.results.model_view import EDGE_RGBA, ModelView, Shape, build_view
 from raymaps.results.offscreen import prepare_offscreen
 from raymaps.scene import Scene
 
@@ -25,12 +27,7 @@ __all__ = ["draw_view", "view"]
 Float = NDArray[np.float64]
 
 _LONG_SIDE_PX = 1500
-_INK, _PALE, _EDGE = "#30343b", "#6b7280", (70, 76, 86)
-#: From where the camera looks, seen from the middle of the scene: with z up, and with z to the right and y up.
-_CAMERA = np.array([1.0, -1.55, 0.85])
-_CAMERA_OF_TUBES = np.array([-1.0, 0.42, -0.42])
-#: A model so much longer along z than across is shown lying.
-_LONG_FROM = 1.6
+_INK, _PALE = "#30343b", "#6b7280"
 #: So many names stand in the legend at most.
 _LEGEND = 24
 
@@ -40,6 +37,7 @@ def view(
     output: str | Path,
     where: Criterion | str | None = None,
     rays: int = 300,
+    paint: Sequence[str] = (),
 ) -> Path:
     """Draw a scene, or a map with the rays that match a criterion.
 
@@ -52,6 +50,8 @@ def view(
         Which rays to show; a scene has none.
     rays : int
         How many rays to show at most.
+    paint : names of detectors, optional
+        On which the light of all matching rays is painted in false colours.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def view(
         If a PNG is wanted and pyvista is not installed.
     """
     suffix = check_suffix(output, (".png", ".html"), "A view")
-    content = build_view(what, where, rays)
+    content = build_view(what, where, rays, paint)
     if suffix == ".html":
         from raymaps.results.view_page import write_page
 
@@ -80,9 +80,8 @@ def draw_view(content: ModelView) -> Any:
     except ImportError:
         raise MissingPackageError("pyvista", "pictures", "A picture of the model") from None
     prepare_offscreen()
-    right, up, toward = _camera_axes(content.bounds_mm)
-    centre, width, height = _fitted(content, right, up)
-    aspect = float(np.clip(width / height, 0.62, 1.9))
+    camera = fit_camera(content)
+    aspect = float(np.clip(camera.width_mm / camera.height_mm, 0.62, 1.9))
     window = (
         (_LONG_SIDE_PX, round(_LONG_SIDE_PX / aspect)) if aspect > 1 else (round(_LONG_SIDE_PX * aspect), _LONG_SIDE_PX)
     )
@@ -91,6 +90,10 @@ def draw_view(content: ModelView) -> Any:
     plotter.set_background("white")
     for shape in content.shapes:
         _add_shape(plotter, pyvista, shape)
+    for painting in content.paintings:
+        mesh = _triangle_mesh(pyvista, painting.triangles_mm)
+        mesh.cell_data["rgb"] = painting.rgb
+        plotter.add_mesh(mesh, scalars="rgb", rgb=True, lighting=False)
     if content.rays is not None and content.rays.n_segments:
         lines = _line_mesh(pyvista, content.rays.segments_mm.astype(np.float64))
         lines.cell_data["rgba"] = paper_colours(content.rays.light)
@@ -98,42 +101,19 @@ def draw_view(content: ModelView) -> Any:
     plotter.enable_depth_peeling(8)
     plotter.enable_anti_aliasing("ssaa")
     plotter.enable_parallel_projection()
-    plotter.camera_position = [centre + toward * 10 * np.ptp(content.bounds_mm, axis=0).max(), centre, up]
-    plotter.camera.parallel_scale = 0.5 * 1.05 * max(height, width / aspect)
+    distance_mm = 10 * float(np.ptp(content.points_mm, axis=0).max())
+    plotter.camera_position = [camera.middle_mm + camera.toward * distance_mm, camera.middle_mm, camera.up]
+    plotter.camera.parallel_scale = 0.5 * 1.05 * max(camera.height_mm, camera.width_mm / aspect)
     plotter.reset_camera_clipping_range()
     image = plotter.screenshot(return_img=True)
     plotter.close()
     return _framed(Figure, content, image)
 
 
-def _camera_axes(bounds_mm: Float) -> tuple[Float, Float, Float]:
-    """Right, up and toward the viewer: z up, or lying to the right where the model is a long tube along z."""
-    size = np.ptp(bounds_mm, axis=0)
-    lies = size[2] > _LONG_FROM * max(size[0], size[1])
-    toward, vertical = (_CAMERA_OF_TUBES, np.array([0.0, 1.0, 0.0])) if lies else (_CAMERA, np.array([0.0, 0.0, 1.0]))
-    toward = toward / np.linalg.norm(toward)
-    right = np.cross(vertical, toward)
-    right /= np.linalg.norm(right)
-    return right, np.cross(toward, right), toward
-
-
-def _fitted(content: ModelView, right: Float, up: Float) -> tuple[Float, float, float]:
-    """Middle, width and height in mm of what is seen of all shapes."""
-    points = content.points_mm
-    middle = content.bounds_mm.mean(axis=0)
-    across, along = (points - middle) @ right, (points - middle) @ up
-    width, height = float(np.ptp(across)), float(np.ptp(along))
-    smallest = 1e-9 + 1e-2 * max(width, height)
-    offset = (across.max() + across.min()) / 2 * right + (along.max() + along.min()) / 2 * up
-    return middle + offset, max(width, smallest), max(height, smallest)
-
-
 def _add_shape(plotter: Any, pyvista: Any, shape: Shape) -> None:
     colour = tuple(band / 255 for band in shape.rgb)
     if len(shape.triangles_mm):
-        n = len(shape.triangles_mm)
-        faces = np.hstack([np.full((n, 1), 3), np.arange(3 * n).reshape(n, 3)])
-        mesh = pyvista.PolyData(shape.triangles_mm.reshape(-1, 3), faces.ravel())
+        mesh = _triangle_mesh(pyvista, shape.triangles_mm)
         plotter.add_mesh(
             mesh,
             color=colour,
@@ -145,11 +125,17 @@ def _add_shape(plotter: Any, pyvista: Any, shape: Shape) -> None:
         )
     if len(shape.lines_mm):
         strong = shape.kind != "body"
-        line_colour = colour if shape.kind == "detector" else tuple(band / 255 for band in _EDGE)
+        line_colour = colour if shape.kind == "detector" else tuple(band / 255 for band in EDGE_RGBA[:3])
         plotter.add_mesh(
             _line_mesh(pyvista, shape.lines_mm), color=line_colour, line_width=2.4 if strong else 1.5, lighting=False,
-            opacity=1.0 if strong else 0.75,
+            opacity=1.0 if strong else EDGE_RGBA[3] / 255,
         )  # fmt: skip
+
+
+def _triangle_mesh(pyvista: Any, triangles_mm: Float) -> Any:
+    n = len(triangles_mm)
+    faces = np.hstack([np.full((n, 1), 3), np.arange(3 * n).reshape(n, 3)])
+    return pyvista.PolyData(triangles_mm.reshape(-1, 3), faces.ravel())
 
 
 def _line_mesh(pyvista: Any, segments_mm: Float) -> Any:
