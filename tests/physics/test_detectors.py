@@ -93,8 +93,9 @@ def test_crossings_stand_in_the_order_of_the_way(tmp_path):
     assert h.crossing_detector.reshape(-1, 6).tolist() == [[0, 2, 1, 1, 2, 0]] * h.n_rays
     number = h.number[h.crossing_row].reshape(-1, 6)
     assert (number == [0, 0, 0, 1, 1, 1]).all()
+    # going down is onto the front, going up onto the back
     down = math.acos(0.8)
-    assert np.abs(h.crossing_angle.reshape(-1, 6) - [down] * 3 - [0, 0, 0, *[math.pi - 2 * down] * 3]).max() < 2.0**-18
+    assert np.abs(h.crossing_angle.reshape(-1, 6) - [down, down, down, *[math.pi - down] * 3]).max() < 2.0**-18
     assert np.allclose(h.light[h.crossing_row].sum(axis=1).reshape(-1, 6), [1, 1, 1, 0.5, 0.5, 0.5])
 
 

@@ -58,11 +58,11 @@ def test_ledger_closes_with_everything_in_the_scene(tmp_path, roulette_threshold
     assert ledger.killed_by_reason_w["medium_mismatch"] > 0
     assert (ledger.killed_by_reason_w["depth"] > 0) == (max_events == 5)
 
-    # the ledger is the sum over the stored histories
+    # the ledger is the sum over the stored histories, but for what float32 rounds away on coloured last segments
     watts = h.raymap.ray_flux_w[h.ray_source]
     end = h.light[h.last].sum(axis=1)
     left = h.kind[h.last] == EventKind.LEFT
-    assert ledger.escaped_w == pytest.approx((watts * end)[left].sum(), rel=1e-9)
+    assert ledger.escaped_w == pytest.approx((watts * end)[left].sum(), rel=1e-7)
 
 
 @pytest.mark.parametrize("absorption", [0.01, [0.001, 0.004, 0.01]])

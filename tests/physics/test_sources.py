@@ -28,8 +28,8 @@ from tests.physics.scenes import (
     write_scene,
 )
 
-#: A detector far away only makes the scene large, so that directions are known well.
-FAR = {"Far": rectangle((0, 0, 1000), 2000, 2000)}
+#: Detectors far away only make the scene large, so that directions are known well.
+FAR = {"Above": rectangle((0, 0, 1000), 2000, 2000), "Below": rectangle((0, 0, -1000), 2000, 2000)}
 BLACK = {"black": {"kind": "absorber"}}
 AXES = [(0, 0, 1), (0, 0, -1), (1, 0, 0), (0.3, -2, 0.9), (1e-3, 1e-3, -1)]
 
