@@ -402,7 +402,8 @@ def test_hash_of_a_map_is_that_of_the_scene_in_it(hashed, tmp_path):
 
 
 CHANGES = [
-    ("ambient", None), ("media.glass.refractive_index", 1.5000001), ("media.glass.absorption_per_mm", [0.05, 0.02, 1e-9]),
+    ("ambient", None), ("media.glass.refractive_index", 1.5000001),
+    ("media.glass.absorption_per_mm", [0.05, 0.02, 1e-9]),
     ("surfaces.mirror.reflectance", [0.9, 0.8, 0.7000001]), ("surfaces.white.transmittance", 0.01),
     ("surfaces.black.kind", "fresnel_mirror"), ("surfaces.satin.parts.0.surface", "black"),
     ("bodies.Block.medium", "air"), ("bodies.Block.face_surfaces", {}), ("bodies.Mirror.surface", "black"),
@@ -443,6 +444,6 @@ def test_hash_depends_on_what_there_is(hashed):
 
 
 def test_hash_is_stable_through_a_file(hashed, tmp_path):
-    data, hash_of, folder = hashed
+    data, hash_of, _ = hashed
     assert hash_of(json.loads(json.dumps(data))) == hash_of(data)
     assert len(hash_of(data)) == 64
