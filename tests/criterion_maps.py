@@ -104,14 +104,14 @@ def random_ray(rng: np.random.Generator, n_sources: int = len(NAMES.sources), ma
         return [random_crossing(rng) for _ in range(int(rng.choice(3, p=[0.6, 0.3, 0.1])))]
 
     light = rng.dirichlet((1.0, 1.0, 1.0))
-    medium = int(rng.integers(-1, 2))
+    medium = int(rng.integers(2))
     emission_place = place() if rng.random() < 0.5 else {}
     emission = Event(EventKind.EMISSION, int(rng.integers(n_sources)), medium=medium, **emission_place)
     events = [emission]
     for _ in range(int(rng.integers(0, max_events))):
         scattered = rng.random() < 0.2
         kind = EventKind.MEDIUM_SCATTERING if scattered else _ON_SURFACES[int(rng.integers(len(_ON_SURFACES)))]
-        medium = medium if scattered else int(rng.integers(-1, 2))
+        medium = medium if scattered else int(rng.integers(2))
         events.append(Event(kind, medium=medium, **({} if scattered else place())))
     for event in events:
         event.crossings = crossings()

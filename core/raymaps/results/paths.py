@@ -2,7 +2,8 @@
 """The distinct paths of light through a scene, each with its rays, flux and error.
 
 Two rays took the same path if the same things happened to them at the same faces, and the same detectors lay on the
-way. It is the table that designers of stray-light systems ask for; it comes from the signatures, without any event.
+way; which of its faces a source shone from makes no difference. It is the table that designers of stray-light systems
+ask for; it comes from the signatures, without any event.
 """
 
 from __future__ import annotations
@@ -160,7 +161,7 @@ def _path_steps(table: SignatureTable) -> NDArray[np.void]:
     steps["detector"] = table.detector
     steps["registered"] = table.registered
     in_medium = np.isin(table.kind, _IN_MEDIUM)
-    steps["face"] = np.where(in_medium, NONE, table.face)
+    steps["face"] = np.where(in_medium | (table.kind == EventKind.EMISSION), NONE, table.face)
     events = np.flatnonzero(table.kind != EventKind.CROSSING)
     here = np.flatnonzero(in_medium[events])
     steps["medium"][events[here]] = table.medium[events[here - 1]]
