@@ -194,7 +194,7 @@ def _frame(scene: Scene, meshes: tuple[BodyMesh, ...]) -> tuple[Frame, NDArray[n
         size = max(1.0, 1e-6 * float(np.abs(center).max()))
     half_box = (high - low) / 2 + 0.05 * size
     unit_mm = 2.0 ** math.ceil(math.log2(half_box.max()))
-    grid_mm = 2.0 ** math.floor(math.log2(size * 1e-6))
+    grid_mm = 2.0 ** round(math.log2(size * 1e-6))
     frame = Frame(center, unit_mm, grid_mm)
     return frame, np.stack([-half_box, half_box]) / unit_mm
 

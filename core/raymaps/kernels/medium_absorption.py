@@ -49,5 +49,6 @@ def run(active, wave, tables, key, depth):
         for axis in range(3):
             wave.end[i, axis] = wave.position[i, axis] + depth_in * wave.direction[i, axis]
         wave.distance[i] = depth_in
+        wave.hit[i] = -1
         wave.state[i] = _MEDIUM_ABSORPTION
         light[0] = light[1] = light[2] = 0.0

@@ -44,7 +44,7 @@ COLUMNS: dict[str, dict[str, Column]] = {
     },
     "events": {
         "ray": Column(np.int64, _DELTA, "ray number"),
-        "triangle": Column(np.int32, _SPLIT, "triangle among those of all bodies in their order, -1 none"),
+        "triangle": Column(np.int32, _DICTIONARY, "triangle among those of all bodies in their order, -1 none"),
         "x_mm": Column(None, _SPLIT, "place of the event, on the map's grid"),
         "y_mm": Column(None, _SPLIT, "place of the event, on the map's grid"),
         "z_mm": Column(None, _SPLIT, "place of the event, on the map's grid"),
