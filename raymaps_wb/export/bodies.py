@@ -79,15 +79,29 @@ def label_of(place):
     return leaf_of(place).Label
 
 
+def in_document_order(places):
+    """Bodies without doubles, in the order of their documents' objects, whatever order they were picked in."""
+
+    def key(place):
+        position = [obj.Name for obj in _top(place).Document.Objects].index(place.top)
+        return (place.document, position, place.path)
+
+    return sorted(set(places), key=key)
+
+
 def body_names(places):
-    """A unique name for each body: its label; with that of its parent or a number before or behind where labels repeat."""
+    """A unique name for each body, in their order.
+
+    The name is the body's label; where labels repeat, with that of its parent before it or a number behind it. Bodies
+    that are reached without a link take the short names first.
+    """
     names = {}
-    for place in places:
+    for place in sorted(places, key=lambda place: any(obj.isDerivedFrom("App::Link") for obj in _chain(place))):
         chain = [obj.Label for obj in _chain(place)]
         candidates = [_clean("_".join(chain[-n:])) for n in range(1, len(chain) + 1)]
         candidates += [f"{candidates[-1]}_{i}" for i in range(2, len(places) + 2)]
         names[place] = next(name for name in candidates if name not in names.values())
-    return names
+    return {place: names[place] for place in places}
 
 
 def _clean(label):

@@ -10,7 +10,7 @@ from collections import namedtuple
 import FreeCAD
 
 from raymaps_wb.errors import ExportError
-from raymaps_wb.export.bodies import body_names, resolve_all
+from raymaps_wb.export.bodies import body_names, in_document_order, resolve_all
 from raymaps_wb.objects.detector import Detector
 from raymaps_wb.objects.medium import Medium
 from raymaps_wb.objects.source import Source
@@ -54,7 +54,7 @@ def describe(study):
 
     places = list(body_media) + list(body_surfaces) + [place for place, _ in face_surfaces]
     places += [place for picked in emitting.values() for place, _ in picked]
-    names = body_names(list(dict.fromkeys(places)))
+    names = body_names(in_document_order(places))
     surfaces = {name: _surface(obj, name, properties) for obj, name in properties.items()}
     bodies = {}
     for place, name in names.items():

@@ -207,7 +207,7 @@ class RayMapsDock(QtWidgets.QDockWidget):
         self.status.setText(text)
 
     def _fault(self, text):
-        FreeCAD.Console.PrintError(f"Ray Maps: {text}\n") if text not in self.status.text() else None
+        FreeCAD.Console.PrintError(f"Ray Maps: {text}\n")
         self._say(text, BAD)
 
     # -- ask ----------------------------------------------------------------------------------------------------------

@@ -29,7 +29,7 @@ def _event(i, event):
         f"<tr><td width='22' style='color:{GREY}'>{i}</td>"
         f"<td width='14' style='color:{_colour(event.get('rgb'))}'>&#9632;</td>"
         f"<td>{text}<br><span style='color:{GREY};font-size:small'>{'<br>'.join(line for line in small if line)}</span></td>"
-        f"<td width='70' align='right'>{'' if left is None else f'{left:.3g} W'}</td></tr>"
+        f"<td width='88' align='right' style='white-space:pre'>{'' if left is None else f'{left:.3g} W'}</td></tr>"
     )
 
 

@@ -101,8 +101,6 @@ class StudySession(QtCore.QObject):
     def _ended(self, outcome):
         self._run = None
         study = self.study()
-        if outcome.state == FAILED:
-            FreeCAD.Console.PrintError(f"Ray Maps: {outcome.text}\n")
         if study is not None and outcome.map_folder and outcome.state != FAILED:
             self._keep(study, outcome)
         self.run_ended.emit(outcome)

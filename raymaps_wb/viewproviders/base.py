@@ -19,6 +19,10 @@ class ViewProxy:
     def getIcon(self):
         return icon(self.ICON)
 
+    def isShow(self):
+        """Whether the tree shows the object as visible; what is never drawn is never hidden."""
+        return True
+
     def panel(self, obj):
         """Task panel that edits the object; None if it has none."""
 
@@ -77,6 +81,9 @@ class DrawnViewProxy(ViewProxy):
         self.root = coin.SoGroup()
         view.addDisplayMode(self.root, self.MODE)
         self.redraw(view.Object)
+
+    def isShow(self):
+        return self.Object.ViewObject.Visibility
 
     def getDisplayModes(self, view):
         return [self.MODE]

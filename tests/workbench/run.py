@@ -11,6 +11,7 @@ that RAYMAPS_PYTHON names. RAYMAPS_PICTURES names a folder that pictures of the 
 
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -20,6 +21,8 @@ import tempfile
 FOLDER = os.path.dirname(os.path.abspath(__file__))
 ADDON = os.path.dirname(os.path.dirname(FOLDER))
 LIMITS_S = {"app": 300, "gui": 600}
+#: How FreeCAD prints an exception that a view provider or a callback raised.
+ERROR = re.compile(r"<class '\w*(Error|Exception)'>")
 WINDOW = ["xvfb-run", "-a", "-s", "-screen 0 1600x1000x24 -dpi 96"]
 
 
@@ -92,8 +95,10 @@ def run_kind(kind, command, environment, home, patterns):
     elif not results and not patterns:
         results.append((f"{kind} tests", "there are none"))
     # FreeCAD prints what commands and callbacks raise, and goes on.
-    if "Traceback" in output and "raymaps_wb" in output:
-        results.append((f"{kind} output", f"FreeCAD printed a traceback:\n{output[output.index('Traceback') :][:3000]}"))
+    raised = [line for line in output.splitlines() if "Traceback (most recent call last)" in line or ERROR.search(line)]
+    if raised:
+        at = output.index(raised[0])
+        results.append((f"{kind} output", f"FreeCAD printed an exception:\n{output[at : at + 3000]}"))
     return results
 
 

@@ -10,7 +10,7 @@ import FreeCAD
 import FreeCADGui
 from gui.window import RUN_LIMIT_S, WindowTest, spin, wait_until, window_picture
 
-from raymaps_wb.compat import QtCore
+from raymaps_wb.compat import QtCore, QtWidgets
 from raymaps_wb.gui.staleness import update_stale
 from raymaps_wb.objects.result import map_folder, result_of
 from raymaps_wb.objects.study import studies
@@ -71,10 +71,20 @@ class RunTest(WindowTest):
         folder = os.environ.get("RAYMAPS_PICTURES") or self.folder
         study = self.open_example("led_collimator")
         self.assertEqual(self.run_study(study).state, DONE)
-        self.ask("detector(Target) & ~hit(Board) & hit(Collimator, fresnel_reflection)", 150)
+        FreeCAD.closeDocument(self.document.Name)
+        self.ask("hit(Collimator, fresnel_reflection) & detector(Target) & ended(absorbed)", 120)
+        window = FreeCADGui.getMainWindow()
+        for name in ("Report view", "Python console"):
+            window.findChild(QtWidgets.QDockWidget, name).hide()
+        window.resizeDocks([self.panel], [430], QtCore.Qt.Horizontal)
+        for tree in window.findChildren(QtWidgets.QTreeWidget):
+            for item in tree.findItems("led_collimator", QtCore.Qt.MatchExactly | QtCore.Qt.MatchRecursive):
+                item.setExpanded(True)
         view = FreeCADGui.activeDocument().activeView()
         view.setCameraOrientation(FreeCAD.Rotation(FreeCAD.Vector(0.91, 0.26, 0.31), 72).Q)
+        spin(0.5)
         view.fitAll()
+        self.panel.criterion.lineEdit().home(False)
         window_picture(os.path.join(folder, "workbench.png"))
         self.assertGreater(os.path.getsize(os.path.join(folder, "workbench.png")), 50_000)
 
