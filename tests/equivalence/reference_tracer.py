@@ -1,0 +1,225 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""A slow tracer to compare the fast one with: one ray at a time, all triangles, float64, in mm.
+
+It uses the readable references of `raymaps.effects` and the same uniform numbers, nothing else of the kernels.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from raymaps.effects.crossings import rectangle_crossing
+from raymaps.effects.fresnel import fresnel_reflectance, refracted_direction
+from raymaps.effects.lambertian import lambertian_direction
+from raymaps.effects.medium_absorption import absorbed_share
+from raymaps.effects.mirror import reflected_direction
+from raymaps.effects.mixture import drawn_part
+from raymaps.kernels.random import EMIT_PLACE, IN_MEDIUM, ON_SURFACE, uniforms
+from raymaps.kinds import EventKind
+from raymaps.materials import Absorber, FresnelInterface, Lambertian, Mirror, Mixture
+
+
+@dataclass
+class Event:
+    """One event of a ray; ``light`` after it, ``medium`` in which the ray is after it."""
+
+    kind: EventKind
+    triangle: int
+    medium: str
+    position: np.ndarray
+    light: np.ndarray
+    crossings: list = field(default_factory=list)  # of the segment that starts here: (detector, x, y, angle)
+
+
+class ReferenceTracer:
+    """Traces single rays of a compiled scene.
+
+    Parameters
+    ----------
+    compiled : CompiledScene
+        Only its scene, meshes, names and the box that rays leave are used.
+    seed : int
+    outside : dict of str to str
+        Medium around each body with a medium, as the test knows it.
+    source_media : dict of str to str
+        Medium in which each source stands, as the test knows it.
+    """
+
+    def __init__(self, compiled, seed, outside, source_media):
+        self.scene, self.meshes, self.seed = compiled.scene, compiled.meshes, np.uint64(seed)
+        self.box = compiled.frame.to_mm(compiled.tables.box)
+        self.outside, self.source_media = outside, source_media
+        self.corners = np.concatenate([mesh.corners_mm for mesh in self.meshes])
+        a, b, c = np.moveaxis(self.corners, 1, 0)
+        normal = np.cross(b - a, c - a)
+        self.normal = normal / np.linalg.norm(normal, axis=1)[:, None]
+        self.owner = [
+            (name, mesh.face_names[face])
+            for name, mesh in zip(self.scene.bodies, self.meshes, strict=True)
+            for face in mesh.triangle_face
+        ]
+
+    def draws(self, ray, event, purpose):
+        return uniforms(self.seed, np.uint64(ray), event, purpose)
+
+    def coefficients(self, medium):
+        """Index and absorption; the ambient vacuum has no entry."""
+        found = self.scene.media.get(medium, self.scene.ambient_medium)
+        return found.refractive_index, np.array(found.absorption_per_mm)
+
+    def emission(self, ray, name):
+        """Place, direction, triangle."""
+        source = self.scene.sources[name]
+        u, v, _, _ = self.draws(ray, 0, ON_SURFACE)
+        if source.kind == "faces":
+            triangles = np.array(
+                [k for k, (owner, face) in enumerate(self.owner)
+                 if owner == source.body and (source.faces is None or face in source.faces)]
+            )  # fmt: skip
+            a, b, c = np.moveaxis(self.corners[triangles], 1, 0)
+            area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+            place, p, q, _ = self.draws(ray, 0, EMIT_PLACE)
+            k = np.searchsorted(np.cumsum(area) / area.sum(), place, side="right")
+            root = math.sqrt(p)
+            position = (1 - root) * a[k] + root * (1 - q) * b[k] + root * q * c[k]
+            return position, around(self.normal[triangles[k]], math.sqrt(1 - u), v), triangles[k]
+        position = np.array(source.position_mm)
+        if source.kind == "point":
+            return position, around(np.array([0.0, 0, 1]), 1 - 2 * u, v), -1
+        axis = np.array(source.direction) / np.linalg.norm(source.direction)
+        if source.kind == "cone":
+            cosine = 1 - u * (1 - math.cos(math.radians(source.half_angle_deg)))
+            return position, around(axis, cosine, v), -1
+        return position + source.radius_mm * math.sqrt(u) * around(axis, 0.0, v), axis, -1
+
+    def nearest(self, position, direction, standing_on):
+        """Distance and triangle of the first hit (T. Möller, B. Trumbore: Fast, minimum storage ray/triangle intersection,
+        J. Graphics Tools 2 (1997), p. 21); infinity and -1 if there is none.
+        """
+        a, b, c = np.moveaxis(self.corners, 1, 0)
+        edge1, edge2 = b - a, c - a
+        p = np.cross(direction, edge2)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            inverse = 1 / (edge1 * p).sum(axis=1)
+            to = position - a
+            u = (to * p).sum(axis=1) * inverse
+            q = np.cross(to, edge1)
+            v = (q @ direction) * inverse
+            t = (edge2 * q).sum(axis=1) * inverse
+            hit = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > 1e-9)
+        if standing_on >= 0:
+            hit[standing_on] = False
+        if not hit.any():
+            return math.inf, -1
+        t = np.where(hit, t, math.inf)
+        return t.min(), int(t.argmin())
+
+    def trace(self, ray, source, light):
+        """All events of one ray, with the crossings of the segments between them."""
+        position, direction, triangle = self.emission(ray, source)
+        medium = self.source_media[source]
+        events = [Event(EventKind.EMISSION, triangle, medium, position, light)]
+        for number in range(1, self.scene.settings.max_events):
+            event, direction = self.step(ray, number, events[-1], direction)
+            events[-1].crossings = self.crossings(events[-1].position, event.position)
+            events.append(event)
+            if direction is None:
+                break
+        return events
+
+    def step(self, ray, number, before, direction):
+        """The next event, and the direction after it (None at the end)."""
+        light, medium, start = before.light, before.medium, before.position
+        distance, triangle = self.nearest(start, direction, before.triangle)
+        left = triangle < 0
+        if left:
+            moves = direction != 0
+            wall = np.where(direction > 0, self.box[1], self.box[0])
+            distance = ((wall - start)[moves] / direction[moves]).min()
+
+        _, absorption = self.coefficients(medium)
+        if absorption.any():
+            u, v, _, _ = self.draws(ray, number, IN_MEDIUM)
+            through = np.exp(-absorption * distance)
+            lost = light * (1 - through)
+            if u < absorbed_share(light[None], absorption, np.array([distance]))[0]:
+                band = int(np.searchsorted(np.cumsum(lost), u * light.sum(), side="right"))
+                depth = -math.log(1 - v * (1 - through[band])) / absorption[band]
+                return Event(EventKind.MEDIUM_ABSORPTION, triangle, medium, start + depth * direction, 0 * light), None
+            light = light * through * light.sum() / (light * through).sum()
+
+        end = start + distance * direction
+        if left:
+            return Event(EventKind.LEFT, -1, medium, end, light), None
+        body_name, face = self.owner[triangle]
+        body = self.scene.bodies[body_name]
+        normal = self.normal[triangle]
+        from_front = direction @ normal < 0
+        near, beyond = medium, medium
+        if body.medium is not None:
+            near, beyond = self.outside[body_name], body.medium
+            near, beyond = (near, beyond) if from_front else (beyond, near)
+        if near != medium:
+            return Event(EventKind.KILLED_MEDIUM_MISMATCH, triangle, medium, end, light), None
+        if number == self.scene.settings.max_events - 1:
+            return Event(EventKind.KILLED_DEPTH, triangle, medium, end, light), None
+        facing = normal if from_front else -normal
+        surface = self.scene.surfaces[body.face_surfaces.get(face, body.surface)]
+        kind, direction, crosses, light = self.interact(surface, ray, number, direction, facing, near, beyond, light)
+        return Event(kind, triangle, beyond if crosses else medium, end, light), direction
+
+    def interact(self, surface, ray, number, direction, facing, near, beyond, light):
+        """Kind, direction after it (None if absorbed), whether the ray goes on behind the surface, light."""
+        u0, u1, u2, u3 = self.draws(ray, number, ON_SURFACE)
+        if isinstance(surface, Mixture):
+            part = drawn_part(np.array([u0]), tuple(part.weight for part in surface.parts))[0]
+            surface = self.scene.surfaces[surface.parts[part].surface]
+        d, n = direction[None], facing[None]
+        if isinstance(surface, FresnelInterface):
+            n_i, n_t = self.coefficients(near)[0], self.coefficients(beyond)[0]
+            if u1 < fresnel_reflectance(-(d * n).sum(axis=1), n_i, n_t)[0]:
+                return EventKind.FRESNEL_REFLECTION, reflected_direction(d, n)[0], False, light
+            return EventKind.FRESNEL_REFRACTION, refracted_direction(d, n, n_i, n_t)[0], True, light
+        if isinstance(surface, Absorber):
+            return EventKind.ABSORPTION, None, False, 0 * light
+        shares = [np.array(surface.reflectance)]
+        if isinstance(surface, Lambertian):
+            shares.append(np.array(surface.transmittance))
+        outcome, light = self.drawn(light, shares, u1)
+        if outcome is None:
+            return EventKind.ABSORPTION, None, False, light
+        if isinstance(surface, Mirror):
+            return EventKind.SPECULAR_REFLECTION, reflected_direction(d, n)[0], False, light
+        kind = (EventKind.DIFFUSE_REFLECTION, EventKind.DIFFUSE_REFRACTION)[outcome]
+        normal = (n, -n)[outcome]
+        return kind, lambertian_direction(np.array([u2]), np.array([u3]), normal)[0], outcome == 1, light
+
+    def drawn(self, light, shares, u):
+        """Which outcome a uniform number draws, and the light after it; see `raymaps.kernels.outcome`."""
+        by = [float((light * share).sum()) for share in shares]
+        through = sum(by)
+        going_on = max(through, min(light.sum(), self.scene.settings.roulette_threshold))
+        for k, share in enumerate(shares):
+            if u * going_on < sum(by[: k + 1]):
+                return k, light * share / by[k] * going_on
+        return None, 0 * light
+
+    def crossings(self, start, end):
+        """(detector, x, y, angle) of a segment, along its way."""
+        found = []
+        for index, detector in enumerate(self.scene.detectors.values()):
+            crossing = rectangle_crossing(detector, start, end)
+            if crossing is not None:
+                normal = np.array(detector.normal)
+                before, after = (start - detector.center_mm) @ normal, (end - detector.center_mm) @ normal
+                found.append((before / (before - after), index, *crossing))
+        return [rest for _, *rest in sorted(found)]
+
+
+def around(axis, cosine, azimuth):
+    """Unit vector at an angle to an axis, in the basis of `lambertian_direction`."""
+    vector = lambertian_direction(np.array([1 - cosine**2]), np.array([azimuth]), axis[None])[0]
+    return vector if cosine >= 0 else vector - 2 * (vector @ axis) * axis
