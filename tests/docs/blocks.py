@@ -10,8 +10,8 @@ A page marks its examples with HTML comments, which no reader sees:
     <!-- output: words -->  the same, whatever the numbers are (times, sizes)
 
 The blocks of a page run one after the other in one folder; each is complete in itself but for the files and, in sql,
-the views that earlier ones made. In an output "…" stands for anything on a line, and alone on a line for any lines. Numbers of a line that ends in "..." are
-only the first of many, and not compared.
+the tables that earlier ones made. In an output "…" stands for anything on a line, and alone on a line for any lines.
+Numbers of a line that ends in "..." are the first of many, and not compared.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ from typing import Any
 __all__ = ["Block", "Page", "difference", "find_blocks"]
 
 _MARKED = re.compile(
-    r"^<!-- (?P<mark>run|file|output)(?:: (?P<argument>[^>]+?))? -->\n```(?P<language>\w+)\n(?P<text>.*?)^```$", re.M | re.S
+    r"^<!-- (?P<mark>run|file|output)(?:: (?P<argument>[^>]+?))? -->\n```(?P<language>\w+)\n(?P<text>.*?)^```$",
+    re.M | re.S,
 )
 
 
@@ -50,7 +51,14 @@ class Block:
 def find_blocks(markdown: str) -> list[Block]:
     """All marked code blocks of a page, in order."""
     return [
-        Block(m["mark"], m["argument"], m["language"], m["text"], markdown.count("\n", 0, m.start("text")) + 1, m.span("text"))
+        Block(
+            m["mark"],
+            m["argument"],
+            m["language"],
+            m["text"],
+            markdown.count("\n", 0, m.start("text")) + 1,
+            m.span("text"),
+        )
         for m in _MARKED.finditer(markdown)
     ]
 
