@@ -19,7 +19,7 @@ BALL_IN_BOX = {
     "format": "raymaps-scene",
     "version": 1,
     "name": "ball_in_box",
-    "media": {"glass": {"refractive_index": 1.5}},
+    "media": {"glass": {"refractive_index": 1.5, "absorption_per_mm": 0.002}},
     "surfaces": {"polished": {"kind": "fresnel"}, "white": {"kind": "lambertian", "reflectance": 0.7}},
     "bodies": {
         "Ball": {"geometry": {"file": "ball.ply"}, "medium": "glass", "surface": "polished"},

@@ -43,16 +43,20 @@ def alternate(
     repeats: int,
     *,
     prepare: Callable[[], Any] | None = None,
-    warm_up: bool = True,
+    budget_s: float = 20.0,
 ) -> tuple[dict[str, Timing], dict[str, Any]]:
     """Time each contestant once a round, the first place rotating; returns timings and their last results.
 
-    ``prepare`` runs before each contestant outside of the time that is taken; a warm-up round does not count.
+    ``prepare`` runs before each contestant outside of the time that is taken; the first round warms up and does not
+    count. Past ``budget_s`` no further round is begun once two have counted.
     """
     seconds: dict[str, list[float]] = {name: [] for name in contestants}
     results: dict[str, Any] = {}
     names = list(contestants)
-    for turn in range(-1 if warm_up else 0, repeats):
+    started_all = time.perf_counter()
+    for turn in range(-1, repeats):
+        if turn >= 2 and time.perf_counter() - started_all > budget_s:
+            break
         gc.collect()
         at = max(turn, 0) % len(names)
         for name in names[at:] + names[:at]:
@@ -71,8 +75,8 @@ def alternate(
 
 
 def repeat(work: Callable[[], Any], repeats: int) -> tuple[Timing, Any]:
-    """Time one piece of work on its own, after one that does not count."""
-    timings, results = alternate({"work": work}, repeats)
+    """Time one piece of work on its own, after one that does not count; see `alternate`."""
+    timings, results = alternate({"work": work}, repeats, budget_s=5.0)
     return timings["work"], results["work"]
 
 
