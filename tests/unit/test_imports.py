@@ -20,7 +20,7 @@ ORDER: tuple[tuple[str, ...], ...] = (
     ("errors", "units", "kinds", "version"),
     ("materials",),
     ("scene",),
-    ("names", "geometry"),
+    ("names", "geometry", "traced"),
     ("effects",),
     ("compile",),
     ("sources", "intersect", "kernels"),
