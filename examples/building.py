@@ -43,7 +43,7 @@ def body_of_revolution(document, label, edges, parent=None):
 def polygon_edges(points):
     """Edges through (r, z) points in the xz plane, not closed."""
     corners = [vector(r, 0, z) for r, z in points]
-    return [Part.LineSegment(a, b).toShape() for a, b in zip(corners, corners[1:])]
+    return [Part.LineSegment(a, b).toShape() for a, b in zip(corners, corners[1:], strict=False)]
 
 
 def look(obj, rgb, transparency=0):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Makes the example led_collimator inside FreeCAD: an RGB LED, a TIR collimator, a diffuser plate, a work plane.
 
-    python3 examples/make.py led_collimator
+python3 examples/make.py led_collimator
 """
 
 import math
@@ -24,7 +24,7 @@ LENS_VERTEX_MM = 3.0  # height of the central lens above the chips
 
 
 def central_lens(n_points=25):
-    """(r, z) of the lens that collimates from air into plastic: z from sqrt(r^2 + z^2) = n z - (n - 1) f, a hyperbola."""
+    """(r, z) of the lens that collimates from air into plastic, a hyperbola: sqrt(r^2 + z^2) = n z - (n - 1) f."""
     points = []
     for i in range(n_points):
         r, c = CAVITY_RADIUS_MM * i / (n_points - 1), (N_PMMA - 1) * LENS_VERTEX_MM
@@ -87,6 +87,7 @@ def collimator_profile():
 
 def face_towards(obj, direction):
     """Name of the plane face of an object's shape that looks in a direction of the object's parent."""
+
     def height(i):
         return obj.Shape.Faces[i].CenterOfMass.dot(vector(*direction))
 

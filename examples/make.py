@@ -42,7 +42,11 @@ def make(name, home):
     with open(driver, "w", encoding="utf-8") as file:
         file.write(DRIVER.format(folder=FOLDER, script=script))
     window = bool(shutil.which("xvfb-run")) and bool(shutil.which("freecad"))
-    command = ["xvfb-run", "-a", "-s", "-screen 0 1400x900x24 -dpi 96", "freecad", driver] if window else ["freecadcmd", driver]
+    command = (
+        ["xvfb-run", "-a", "-s", "-screen 0 1400x900x24 -dpi 96", "freecad", driver]
+        if window
+        else ["freecadcmd", driver]
+    )
     environment = {**os.environ, "HOME": home, "RAYMAPS_WINDOW": str(int(window)), "QTWEBENGINE_DISABLE_SANDBOX": "1"}
     return subprocess.run(command, env=environment, stdin=subprocess.DEVNULL, timeout=300).returncode
 

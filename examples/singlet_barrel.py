@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Makes the example singlet_barrel inside FreeCAD: a biconvex lens in a black barrel with a sensor, and a stray source.
 
-    python3 examples/make.py singlet_barrel
+python3 examples/make.py singlet_barrel
 """
 
 import math

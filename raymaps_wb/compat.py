@@ -2,20 +2,22 @@
 """Every difference between the supported FreeCAD (0.20, 1.0, 1.1) and Qt (5, 6) versions."""
 
 import ctypes
+import importlib
 import os
+from typing import Any
 
 import FreeCAD
 from PySide import QtCore
 
 # FreeCAD's PySide package names the binding that FreeCAD itself uses. On 0.20 it has no QtWidgets module.
-QtGui = QtWidgets = None
+QtGui: Any = None
+QtWidgets: Any = None
 if FreeCAD.GuiUp:
-    from PySide import QtGui
-
+    QtGui = importlib.import_module("PySide.QtGui")
     try:
-        from PySide import QtWidgets
+        QtWidgets = importlib.import_module("PySide.QtWidgets")
     except ImportError:
-        from PySide2 import QtWidgets
+        QtWidgets = importlib.import_module("PySide2.QtWidgets")
 
 __all__ = [
     "QtCore",

@@ -12,7 +12,7 @@ import Part
 from raymaps_wb.errors import ExportError
 from raymaps_wb.objects.references import reference_list
 
-#: A place of a shape in the document: the outermost object and the dotted path from it to the shape ("" or "Part.Box.").
+#: A place of a shape in the document: the outermost object and the dotted path from it, such as "" or "Part.Box.".
 BodyPlace = namedtuple("BodyPlace", "document top path")
 
 MAX_DEPTH = 64
@@ -40,11 +40,15 @@ def resolve(obj, sub):
     if names and not sub.endswith(".") and _is_element(names[-1]):
         face = names.pop()
         if not face.startswith("Face"):
-            raise ExportError(f"'{obj.Label}.{sub}': light meets faces and bodies; pick one of these instead of {face}.")
+            raise ExportError(
+                f"'{obj.Label}.{sub}': light meets faces and bodies; pick one of these instead of {face}."
+            )
     top, names = _to_outermost(obj, names)
     places = _expand(top, [], names)
     if not places:
-        raise ExportError(f"'{obj.Label}{'.' + sub if sub else ''}': there is no body with faces; pick a solid or a face.")
+        raise ExportError(
+            f"'{obj.Label}{'.' + sub if sub else ''}': there is no body with faces; pick a solid or a face."
+        )
     if face is not None:
         if len(places) > 1:
             raise ExportError(f"'{obj.Label}.{sub}': {face} is in a group of bodies; pick the face of one body.")
@@ -95,7 +99,7 @@ def body_names(places):
     The name is the body's label; where labels repeat, with that of its parent before it or a number behind it. Bodies
     that are reached without a link take the short names first.
     """
-    names = {}
+    names: dict[BodyPlace, str] = {}
     for place in sorted(places, key=lambda place: any(obj.isDerivedFrom("App::Link") for obj in _chain(place))):
         chain = [obj.Label for obj in _chain(place)]
         candidates = [_clean("_".join(chain[-n:])) for n in range(1, len(chain) + 1)]

@@ -4,8 +4,10 @@
 import math
 from collections import namedtuple
 
+import Part
+
 from raymaps_wb.errors import ExportError
-from raymaps_wb.export.bodies import body_names, resolve, resolve_all, shape_of
+from raymaps_wb.export.bodies import body_names, label_of, resolve, resolve_all, shape_of
 from raymaps_wb.export.description import describe
 from raymaps_wb.objects.detector import Detector
 from raymaps_wb.objects.medium import Medium
@@ -58,7 +60,9 @@ def _number(value, what, low, high, unit="", low_is_allowed=True):
     inside = math.isfinite(value) and (low <= value if low_is_allowed else low < value) and value <= high
     if inside:
         return []
-    allowed = f"{'at least' if low_is_allowed else 'above'} {low:g}" + (f" and at most {high:g}" if high < 1e300 else "")
+    allowed = f"{'at least' if low_is_allowed else 'above'} {low:g}" + (
+        f" and at most {high:g}" if high < 1e300 else ""
+    )
     return [f"{what} must be {allowed}{unit}, got {value:g}{unit}."]
 
 
@@ -81,11 +85,13 @@ def _surface_property(obj):
     if obj.Kind == "Lambertian":
         faults += _bands(obj.Transmittance, "transmittance", 0, 1)
         bands = [(list(values) * 3)[:3] or [0.0] * 3 for values in (obj.Reflectance, obj.Transmittance)]
-        if not faults and any(r + t > 1 + 1e-12 for r, t in zip(*bands)):
+        if not faults and any(r + t > 1 + 1e-12 for r, t in zip(*bands, strict=True)):
             faults.append("reflectance and transmittance together must be at most 1 in each colour.")
     if obj.Kind == "Mixture":
         if len(obj.Parts) != len(obj.Weights) or not obj.Parts:
-            faults.append(f"a mixture needs a weight for each part, got {len(obj.Parts)} parts, {len(obj.Weights)} weights.")
+            faults.append(
+                f"a mixture needs a weight for each part, got {len(obj.Parts)} parts, {len(obj.Weights)} weights."
+            )
         elif abs(math.fsum(obj.Weights) - 1) > 1e-6 or min(obj.Weights) < 0:
             faults.append(f"the weights must be 0 or more and add up to 1, got {math.fsum(obj.Weights):g}.")
         faults += [f"a mixture can't hold the mixture '{part.Label}'." for part in obj.Parts if part.Kind == "Mixture"]
@@ -147,7 +153,9 @@ def _shapes(study, names):
     for place, name in names.items():
         shape = shape_of(place)
         if place in filled and not shape.Solids:
-            problems.append(Problem(True, f"Body '{name}' has a medium but is not a solid; close it or remove the medium.", None))
+            problems.append(
+                Problem(True, f"Body '{name}' has a medium but is not a solid; close it or remove the medium.", None)
+            )
         if not shape.isValid():
             text = f"Body '{name}' has faulty geometry; see Part's 'Check geometry', light may leak through it."
             problems.append(Problem(False, text, None))
@@ -169,23 +177,28 @@ def _touching(names):
             box = a.BoundBox
             box.enlarge(TOUCH_MM)
             if box.intersect(b.BoundBox) and a.distToShape(b)[0] < TOUCH_MM:
-                text = f"Bodies '{name_a}' and '{name_b}' touch or overlap, which is not supported yet; leave a gap of 0.01 mm or more."
-                problems.append(Problem(False, text, None))
+                text = f"Bodies '{name_a}' and '{name_b}' touch or overlap, which is not supported yet"
+                problems.append(Problem(False, f"{text}; leave a gap of 0.01 mm or more.", None))
     return problems
 
 
 def _left_out(study, places):
     """Visible solids of the document that nothing of the study refers to."""
-    used = {place for place in places}
+    used = set(places)
     tops = [obj for obj in study.Document.RootObjects if obj.Visibility and hasattr(obj, "getSubObjectList")]
     problems = []
     for obj in tops:
         try:
             found = [place for place, _ in resolve(obj, "")]
-        except Exception:  # what can't be resolved has no shape to leave out
+        except (
+            ExportError,
+            Part.OCCError,
+            AttributeError,
+            RuntimeError,
+        ):  # what can't be resolved has no shape to leave out
             continue
         for place in found:
             if place not in used and shape_of(place).Solids:
-                text = f"'{body_names([place])[place]}' is a solid without a medium or surface property: light does not see it."
+                text = f"'{label_of(place)}' is a solid without a medium or surface property: light does not see it."
                 problems.append(Problem(False, text, None))
     return problems

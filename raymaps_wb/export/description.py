@@ -6,11 +6,12 @@ geometry files and `raymaps_wb.export.fingerprint` a digest of it all.
 """
 
 from collections import namedtuple
+from typing import Any
 
 import FreeCAD
 
 from raymaps_wb.errors import ExportError
-from raymaps_wb.export.bodies import body_names, in_document_order, resolve_all
+from raymaps_wb.export.bodies import BodyPlace, body_names, in_document_order, label_of, resolve_all, shape_of
 from raymaps_wb.objects.detector import Detector
 from raymaps_wb.objects.medium import Medium
 from raymaps_wb.objects.source import Source
@@ -38,9 +39,12 @@ def describe(study):
     if not sources:
         raise ExportError(f"Study '{study.Label}' has no source; add one.")
 
-    body_media, body_surfaces, face_surfaces, emitting = {}, {}, {}, {}
+    body_media: dict[BodyPlace, Any] = {}
+    body_surfaces: dict[BodyPlace, Any] = {}
+    face_surfaces: dict[tuple[BodyPlace, str], Any] = {}
+    emitting: dict[Any, list] = {}
     for obj in media:
-        for place, face in resolve_all(obj):
+        for place, _ in resolve_all(obj):
             _assign(body_media, place, obj, media, "medium")
     for obj in properties:
         for place, face in resolve_all(obj):
@@ -66,7 +70,9 @@ def describe(study):
         }
     ambient = study.AmbientMedium
     if ambient is not None and ambient not in media:
-        raise ExportError(f"Study '{study.Label}': the ambient medium '{ambient.Label}' is not in the study; move it there.")
+        raise ExportError(
+            f"Study '{study.Label}': the ambient medium '{ambient.Label}' is not in the study; move it there."
+        )
     scene = {
         "format": "raymaps-scene",
         "version": 1,
@@ -89,7 +95,7 @@ def describe(study):
 
 def unique_names(objects):
     """Document objects with a name each: the label, with a number behind it where labels repeat."""
-    names = {}
+    names: dict[Any, str] = {}
     for obj in objects:
         name, n = _text(obj.Label), 1
         while name in names.values():
@@ -106,11 +112,11 @@ def _text(label):
 def _assign(assigned, key, obj, names, what):
     other = assigned.setdefault(key, obj)
     if other is not obj:
-        from raymaps_wb.export.bodies import label_of
-
-        place, face = key if isinstance(key[1], str) and hasattr(key[0], "path") else (key, None)
+        place, face = (key, None) if isinstance(key, BodyPlace) else key
         where = label_of(place) + (f".{face}" if face else "")
-        raise ExportError(f"'{where}' has two of one {what}: '{names[other]}' and '{names[obj]}'; remove it from one of them.")
+        raise ExportError(
+            f"'{where}' has two of one {what}: '{names[other]}' and '{names[obj]}'; remove it from one of them."
+        )
 
 
 def _body_surface(place, name, body_media, body_surfaces, own, properties, surfaces):
@@ -119,8 +125,6 @@ def _body_surface(place, name, body_media, body_surfaces, own, properties, surfa
     if place in body_media:
         surfaces.setdefault(DEFAULT_SURFACE, {"kind": "fresnel"})
         return DEFAULT_SURFACE
-    from raymaps_wb.export.bodies import shape_of
-
     missing = [f"Face{i + 1}" for i in range(len(shape_of(place).Faces)) if f"Face{i + 1}" not in own]
     if missing:
         shown = ", ".join(missing[:5]) + (", ..." if len(missing) > 5 else "")
@@ -159,7 +163,7 @@ def _surface(obj, name, properties):
         unknown = [part.Label for part in obj.Parts if part not in properties]
         if unknown:
             raise ExportError(f"{where}: '{unknown[0]}' is not a surface property of this study; move it there.")
-        parts = zip(obj.Weights, obj.Parts)
+        parts = zip(obj.Weights, obj.Parts, strict=True)
         return {"kind": "mixture", "parts": [{"weight": weight, "surface": properties[part]} for weight, part in parts]}
     return {"kind": obj.Kind.lower()}
 
@@ -190,7 +194,10 @@ def _emission(picked, where, names):
         shown = " and ".join(f"'{names[place]}'" for place in places[:2])
         raise ExportError(f"{where}: its faces are on more than one body ({shown}); make a source for each body.")
     faces = [face for _, face in picked]
-    return {"body": names[places[0]], **({} if None in faces else {"faces": sorted(set(faces), key=lambda f: int(f[4:]))})}
+    return {
+        "body": names[places[0]],
+        **({} if None in faces else {"faces": sorted(set(faces), key=lambda f: int(f[4:]))}),
+    }
 
 
 def _detector(obj):

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """The exact surface of a CAD face, as plain data in global coordinates and mm.
 
-Every surface has ``type`` and ``reversed``: whether the normal that points out of the body is against the surface's own
-normal. That is ``normal`` of a plane, the direction away from the axis, centre or core circle of a cylinder, cone, sphere
+Every surface has ``type`` and ``reversed``: whether the normal that points out of the body is against the surface's
+own. That is ``normal`` of a plane, the direction away from the axis, centre or core circle of a cylinder, cone, sphere
 or torus, and du x dv of a B-spline. Parameters by type:
 
 plane     point_mm, normal
@@ -19,6 +19,7 @@ Surfaces of revolution, of extrusion and Bezier surfaces are written as the B-sp
 import math
 
 import FreeCAD
+import Part
 
 MAX_POLES = 100_000
 
@@ -122,7 +123,7 @@ def _bspline_of_face(surface, face):
     name = type(surface).__name__
     try:
         equal = face.toNurbs().Faces[0].Surface
-    except Exception:  # OpenCASCADE raises its own errors for surfaces without such a form
+    except (Part.OCCError, RuntimeError):
         return {"type": "other", "name": name}
     if type(equal).__name__ != "BSplineSurface":
         return {"type": "other", "name": name}

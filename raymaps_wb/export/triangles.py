@@ -8,7 +8,7 @@ import MeshPart
 
 from raymaps_wb.errors import ExportError
 
-#: vertices_mm: list of (x, y, z). triangles: list of (i, j, k). faces: list of (index of the CAD face, number of triangles).
+#: vertices_mm: list of (x, y, z). triangles: list of (i, j, k). faces: list of (index of a CAD face, its triangles).
 Mesh = namedtuple("Mesh", "vertices_mm triangles faces")
 
 KEEP_TRIANGLES = 1e6  # mm, a tolerance so wide that a face keeps the triangles that it has
@@ -38,8 +38,8 @@ def triangulate(shape, chord_mm, angle_deg, where="shape"):
     """
     if not chord_mm > 0 or not 0 < angle_deg <= 90:
         raise ExportError(
-            f"{where}: chord tolerance must be > 0 mm and angular deflection in (0, 90] degrees, got {chord_mm:g} mm and "
-            f"{angle_deg:g} degrees; correct them in the study."
+            f"{where}: chord tolerance must be > 0 mm and angular deflection in (0, 90] degrees, got {chord_mm:g} mm "
+            f"and {angle_deg:g} degrees; correct them in the study."
         )
     shape = shape.copy()  # else the document's own display would be triangulated anew
     MeshPart.meshFromShape(
@@ -57,7 +57,7 @@ def triangulate(shape, chord_mm, angle_deg, where="shape"):
 
 def open_edges(mesh):
     """Number of directed edges without exactly one partner in the opposite direction; 0 for a closed mesh."""
-    uses = {}
+    uses: dict[tuple[int, int], int] = {}
     for a, b, c in mesh.triangles:
         for edge in ((a, b), (b, c), (c, a)):
             uses[edge] = uses.get(edge, 0) + 1
@@ -70,7 +70,17 @@ def signed_volume_mm3(mesh):
     total = []
     for a, b, c in mesh.triangles:
         (ax, ay, az), (bx, by, bz), (cx, cy, cz) = mesh.vertices_mm[a], mesh.vertices_mm[b], mesh.vertices_mm[c]
-        ax, ay, az, bx, by, bz, cx, cy, cz = ax - ox, ay - oy, az - oz, bx - ox, by - oy, bz - oz, cx - ox, cy - oy, cz - oz
+        ax, ay, az, bx, by, bz, cx, cy, cz = (
+            ax - ox,
+            ay - oy,
+            az - oz,
+            bx - ox,
+            by - oy,
+            bz - oz,
+            cx - ox,
+            cy - oy,
+            cz - oz,
+        )
         total.append(ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx))
     return math.fsum(total) / 6
 
@@ -80,7 +90,10 @@ def _is_solid(shape):
 
 
 def _gather(faces):
-    index, vertices, triangles, counts = {}, [], [], []
+    index: dict[tuple[float, float, float], int] = {}
+    vertices: list[tuple[float, float, float]] = []
+    triangles: list[tuple[int, int, int]] = []
+    counts = []
     for face_index, face in enumerate(faces):
         points, corners = face.tessellate(KEEP_TRIANGLES)
         local = []
@@ -99,7 +112,9 @@ def _gather(faces):
 
 def _weld(mesh, tolerance_mm):
     """Join vertices that are closer than the tolerance, for shapes whose edges are only nearly common."""
-    cells, new_index, vertices = {}, [], []
+    cells: dict[tuple[int, int, int], list[int]] = {}
+    vertices: list[tuple[float, float, float]] = []
+    new_index = []
     for x, y, z in mesh.vertices_mm:
         cell = (math.floor(x / tolerance_mm), math.floor(y / tolerance_mm), math.floor(z / tolerance_mm))
         near = _near(cells, cell, vertices, (x, y, z), tolerance_mm)

@@ -43,7 +43,7 @@ def export_study(study, folder, stem=None, progress=None):
     scene, digests, n_triangles = description.scene, {}, 0
     try:
         os.makedirs(os.path.join(folder, stem + ".geometry"), exist_ok=True)
-        taken = set()
+        taken: set[str] = set()
         for done, (name, place) in enumerate(description.places.items()):
             shape = shape_of(place)
             mesh = triangulate(shape, float(study.ChordTolerance), float(study.AngularDeflection), f"Body '{name}'")
@@ -74,7 +74,9 @@ def export_study(study, folder, stem=None, progress=None):
         path = os.path.join(folder, stem + ".scene.json")
         _write(path, scene_text(scene).encode("utf-8"))
     except ValueError as error:  # NaN or infinite numbers have no JSON
-        raise ExportError(f"Study '{study.Label}' holds a number that is not finite (NaN or infinite): {error}.") from error
+        raise ExportError(
+            f"Study '{study.Label}' holds a number that is not finite (NaN or infinite): {error}."
+        ) from error
     except OSError as error:
         raise ExportError(f"Folder '{folder}' can't be written: {error.strerror or error}.") from error
     return Exported(path, digest, n_triangles)
@@ -96,7 +98,9 @@ def _indented(data, indent):
         flat = json.dumps(data, ensure_ascii=False, allow_nan=False)
         if len(flat) + len(indent) <= 180:
             return flat
-        lines = [f"{indent}  {json.dumps(k, ensure_ascii=False)}: {_indented(v, indent + '  ')}" for k, v in data.items()]
+        lines = [
+            f"{indent}  {json.dumps(k, ensure_ascii=False)}: {_indented(v, indent + '  ')}" for k, v in data.items()
+        ]
         return "{\n" + ",\n".join(lines) + f"\n{indent}}}"
     if isinstance(data, list) and data and isinstance(data[0], (dict, list)):
         lines = [f"{indent}  {_indented(item, indent + '  ')}" for item in data]

@@ -41,6 +41,8 @@ class StudyCommand(Command):
 
 
 class NewStudy(Command):
+    """Adds a study."""
+
     NAME, ICON, TEXT = "RayMaps_Study", "study", "New study"
     TIP = "Adds a study: the container of media, surface properties, sources and detectors of one simulation"
 
@@ -80,10 +82,12 @@ class NewMember(StudyCommand):
 
     def placement(self, picked):
         """Where the selection suggests to put the object; None: at the origin."""
-        return None
+        return
 
 
 class NewSurfaceProperty(NewMember):
+    """Adds a surface property."""
+
     NAME, ICON, TEXT = "RayMaps_SurfaceProperty", "surface_property", "New surface property"
     TIP = "Adds a surface property (absorber, mirror, Lambertian, Fresnel, mixture) for the selected bodies and faces"
 
@@ -92,6 +96,8 @@ class NewSurfaceProperty(NewMember):
 
 
 class NewMedium(NewMember):
+    """Adds a medium."""
+
     NAME, ICON, TEXT = "RayMaps_Medium", "medium", "New medium"
     TIP = "Adds a medium that fills the selected bodies"
 
@@ -100,6 +106,8 @@ class NewMedium(NewMember):
 
 
 class NewSource(NewMember):
+    """Adds a source."""
+
     NAME, ICON, TEXT = "RayMaps_Source", "source", "New source"
     TIP = "Adds a light source; with faces selected, they emit"
 
@@ -114,6 +122,8 @@ class NewSource(NewMember):
 
 
 class NewDetector(NewMember):
+    """Adds a detector."""
+
     NAME, ICON, TEXT = "RayMaps_Detector", "detector", "New detector"
     TIP = "Adds a virtual detector; with a face selected, just above it"
 
@@ -127,6 +137,8 @@ class NewDetector(NewMember):
 
 
 class Check(StudyCommand):
+    """Lists what is wrong."""
+
     NAME, ICON, TEXT = "RayMaps_Check", "check", "Check study"
     TIP = "Tells in words everything that is wrong with the study before it runs"
 
@@ -151,6 +163,8 @@ class Check(StudyCommand):
 
 
 class Run(StudyCommand):
+    """Starts a run."""
+
     NAME, ICON, TEXT, KEY = "RayMaps_Run", "run", "Run", "R, M"
     TIP = "Simulates the study in a process of its own, with progress and cancel in the panel"
 
@@ -161,6 +175,8 @@ class Run(StudyCommand):
 
 
 class Ask(StudyCommand):
+    """Opens the panel for a criterion."""
+
     NAME, ICON, TEXT = "RayMaps_Ask", "ask", "Ask"
     TIP = "Opens the panel in which a criterion chooses the rays that are shown"
 
@@ -173,6 +189,8 @@ class Ask(StudyCommand):
 
 
 class Report(StudyCommand):
+    """Saves the report."""
+
     NAME, ICON, TEXT = "RayMaps_Report", "report", "Report"
     TIP = "Saves the report of the shown rays as HTML: every event of every ray"
 
@@ -192,12 +210,16 @@ class Report(StudyCommand):
 
 
 class Export(StudyCommand):
+    """Writes the scene."""
+
     NAME, ICON, TEXT = "RayMaps_Export", "export", "Export scene"
     TIP = "Writes the study as a scene file with its geometry, for the command line and for Python"
 
     def Activated(self):
         study = active_study()
-        start = os.path.join(os.path.dirname(study.Document.FileName) or os.path.expanduser("~"), file_stem(study.Label))
+        start = os.path.join(
+            os.path.dirname(study.Document.FileName) or os.path.expanduser("~"), file_stem(study.Label)
+        )
         path, _ = QtWidgets.QFileDialog.getSaveFileName(
             FreeCADGui.getMainWindow(), translate("Export scene"), start + ".scene.json", "Scene (*.scene.json)"
         )
@@ -216,6 +238,8 @@ class Export(StudyCommand):
 
 
 class SetUpTracer(Command):
+    """Opens the dialog that installs the tracer."""
+
     NAME, ICON, TEXT = "RayMaps_SetUpTracer", "setup", "Set up tracer"
     TIP = "Installs what the tracer needs into an environment of its own; asks before it uses the network"
 

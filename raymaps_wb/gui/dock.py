@@ -74,8 +74,9 @@ class RayMapsDock(QtWidgets.QDockWidget):
         self.criterion.lineEdit().setPlaceholderText("from(LED) & hit(Lens) & ~detector(Sensor)")
         self.criterion.setToolTip(
             translate(
-                "from(SOURCE)  hit(BODY)  hit(BODY.Face3, KIND)  surface(PROPERTY)  event(KIND)  medium(NAME, absorption)\n"
-                "detector(NAME)  detector(NAME, rect=(X0,Y0,X1,Y1))  ended(absorbed|left|killed)\n"
+                "from(SOURCE)  hit(BODY)  hit(BODY.Face3, KIND)  surface(PROPERTY)  event(KIND)\n"
+                "medium(NAME, absorption)  detector(NAME)  detector(NAME, rect=(X0,Y0,X1,Y1))\n"
+                "ended(absorbed|left|killed)\n"
                 "joined with  & and,  | or,  ~ not,  and brackets; names with other signs in double quotes"
             )
         )
@@ -283,7 +284,8 @@ def _title(study, result):
 
 
 def _summary(done):
-    parts = [f"{_count(done.get('rays', 0))} rays, {_count(done.get('events', 0))} events in {_duration(done.get('elapsed_s', 0))}."]
+    rays, events = _count(done.get("rays", 0)), _count(done.get("events", 0))
+    parts = [f"{rays} rays, {events} events in {_duration(done.get('elapsed_s', 0))}."]
     emitted = done.get("emitted_w") or 0
     if emitted:
         shares = [(word, done.get(f"{word}_w", 0) / emitted) for word in ("absorbed", "escaped", "killed")]

@@ -15,20 +15,25 @@ def html(answer):
 
 
 def _ray(ray):
-    head = f"<b>Ray {ray['ray']}</b> from {escape(str(ray['source']))}, {ray['flux_w']:.3g} W, {escape(str(ray['ended']))}"
+    head = (
+        f"<b>Ray {ray['ray']}</b> from {escape(str(ray['source']))}, {ray['flux_w']:.3g} W, {escape(str(ray['ended']))}"
+    )
     rows = "".join(_event(i, event) for i, event in enumerate(ray["events"]))
-    return f"<p style='margin:10px 0 3px 0'>{head}</p><table width='100%' cellspacing='0' cellpadding='2'>{rows}</table>"
+    return (
+        f"<p style='margin:10px 0 3px 0'>{head}</p><table width='100%' cellspacing='0' cellpadding='2'>{rows}</table>"
+    )
 
 
 def _event(i, event):
-    """What happened, with the light left; below in grey where it was, and the detectors crossed on the way from there."""
-    small = [_place(event)] + [_crossing(crossing) for crossing in event.get("detectors") or []]
+    """What happened, with the light left; below in grey where, and the detectors crossed from there on."""
+    small = [_place(event), *(_crossing(crossing) for crossing in event.get("detectors") or [])]
+    below = "<br>".join(line for line in small if line)
     text = escape(str(event.get("text") or event.get("kind")))
     left = event.get("flux_left_w")
     return (
         f"<tr><td width='22' style='color:{GREY}'>{i}</td>"
         f"<td width='14' style='color:{_colour(event.get('rgb'))}'>&#9632;</td>"
-        f"<td>{text}<br><span style='color:{GREY};font-size:small'>{'<br>'.join(line for line in small if line)}</span></td>"
+        f"<td>{text}<br><span style='color:{GREY};font-size:small'>{below}</span></td>"
         f"<td width='88' align='right' style='white-space:pre'>{'' if left is None else f'{left:.3g} W'}</td></tr>"
     )
 

@@ -24,8 +24,8 @@ class StudySession(QtCore.QObject):
     """Run and questions of a study. Everything arrives as signals; nothing waits.
 
     Signals: ``run_started()``; ``progressed(rays, of, remaining_s)``; ``noted(str)``; ``run_ended(Outcome)``;
-    ``asked()``; ``counted(dict)`` with the answer to query; ``drawn(dict)`` with that to overlay; ``reported(dict)`` with
-    that to report; ``refused(str)`` when a question failed, with one sentence.
+    ``asked()``; ``counted(dict)`` with the answer to query; ``drawn(dict)`` with that to overlay; ``reported(dict)``
+    with that to report; ``refused(str)`` when a question failed, with one sentence.
     """
 
     run_started = QtCore.Signal()
@@ -41,7 +41,9 @@ class StudySession(QtCore.QObject):
     def __init__(self, study, parent=None):
         super().__init__(parent)
         self._document, self._study = study.Document.Name, study.Name
-        self._run, self._server, self._fingerprint, self._question = None, None, "", 0
+        self._run: TraceRun | None = None
+        self._server: MapServer | None = None
+        self._fingerprint, self._question = "", 0
         self._scratch = tempfile.TemporaryDirectory(prefix="raymaps-")
 
     def study(self):
@@ -56,7 +58,7 @@ class StudySession(QtCore.QObject):
 
     def run_process_id(self):
         """The operating system's number of the tracing process; 0 if there is none."""
-        return self._run.process.process_id() if self.is_running() else 0
+        return self._run.process.process_id() if self._run is not None else 0
 
     def server_process_id(self):
         """The operating system's number of the answering process; 0 if there is none."""
@@ -91,7 +93,7 @@ class StudySession(QtCore.QObject):
 
     def cancel(self):
         """End the run; what it traced so far becomes the result."""
-        if self.is_running():
+        if self._run is not None:
             self._run.cancel()
 
     def _breathe(self, done, of):
@@ -140,7 +142,9 @@ class StudySession(QtCore.QObject):
         current = self._only_latest(self._question)
         self.asked.emit()
         server.ask("overlay", overlay, current(self._draw), current(self._refuse))
-        server.ask("query", {"criterion": criterion}, current(lambda a: self._count(criterion, max_rays, a)), lambda text: None)
+        server.ask(
+            "query", {"criterion": criterion}, current(lambda a: self._count(criterion, max_rays, a)), lambda text: None
+        )
         server.ask("report", report, current(self.reported.emit), lambda text: None)
 
     def info(self, on_result):

@@ -10,10 +10,11 @@ from raymaps_wb.errors import TracerError
 from raymaps_wb.tracer.interpreter import PREFERENCES, environment_folder, find_interpreter
 from raymaps_wb.tracer.setup import TracerSetup, commands_as_text, set_up_commands
 
-TEXT = """<p>The tracer runs in a Python environment of its own, so that nothing is installed into FreeCAD.</p>
-<p><b>This uses the network.</b> About 120 MB of packages (Embree, NumPy, Numba, Arrow and what they need) are downloaded
-from the Python package index that this machine is set up for. Versions are pinned, and each file is checked against
-the hash that Ray Maps was released with. Nothing is sent.</p>
+TEXT = """
+<p>The tracer runs in a Python environment of its own, so that nothing is installed into FreeCAD.</p>
+<p><b>This uses the network.</b> About 150 MB of packages (Embree, NumPy, Numba, Arrow and what they need) are
+downloaded from the Python package index that this machine is set up for. Versions are pinned, and each file is checked
+against the hash that Ray Maps was released with. Nothing is sent.</p>
 <p>They are kept in <code>{folder}</code> and nowhere else; delete that folder to be rid of them.</p>"""
 
 
@@ -58,7 +59,9 @@ class SetupDialog(QtWidgets.QDialog):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(QtWidgets.QLabel(translate("Or use this Python:")))
         self._path = QtWidgets.QLineEdit(FreeCAD.ParamGet(PREFERENCES).GetString("Interpreter", ""))
-        self._path.setPlaceholderText(translate("an interpreter that has these packages; empty: the private environment"))
+        self._path.setPlaceholderText(
+            translate("an interpreter that has these packages; empty: the private environment")
+        )
         self._path.editingFinished.connect(self._name_interpreter)
         layout.addWidget(self._path, 1)
         return row

@@ -23,7 +23,12 @@ class Detector(Proxy):
             "Front",
             choices=SIDES,
         ),
-        Property("App::PropertyAngle", "MaxAngle", "Light at a larger angle to the normal is not registered, in degrees", 90.0),
+        Property(
+            "App::PropertyAngle",
+            "MaxAngle",
+            "Light at a larger angle to the normal is not registered, in degrees",
+            90.0,
+        ),
     )
 
 

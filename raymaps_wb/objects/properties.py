@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Declaring the properties of document objects, and bringing old ones up to date."""
 
+from collections.abc import Callable
+from typing import Any
+
 import FreeCAD
 
 SCHEMA_PROPERTY = "SchemaVersion"
@@ -75,8 +78,8 @@ class Proxy:
 
     TYPE = ""
     SCHEMA = 1
-    PROPERTIES = ()
-    MIGRATIONS = {}
+    PROPERTIES: tuple[Property, ...] = ()
+    MIGRATIONS: dict[int, Callable[[Any], None]] = {}
 
     def __init__(self, obj):
         obj.Proxy = self
@@ -86,7 +89,11 @@ class Proxy:
         """Bring an object to the present schema. Does nothing to one that is up to date."""
         if SCHEMA_PROPERTY not in obj.PropertiesList:
             obj.addProperty(
-                "App::PropertyInteger", SCHEMA_PROPERTY, "Base", "Version of this object's properties", READ_ONLY | HIDDEN
+                "App::PropertyInteger",
+                SCHEMA_PROPERTY,
+                "Base",
+                "Version of this object's properties",
+                READ_ONLY | HIDDEN,
             )
             obj.SchemaVersion = self.SCHEMA
         if obj.SchemaVersion > self.SCHEMA:

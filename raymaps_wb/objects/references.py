@@ -16,7 +16,7 @@ def reference_list(obj):
 
 def set_references(obj, pairs):
     """Set the references from a flat list of (object, path), without doubles, in their order."""
-    grouped = {}
+    grouped: dict[tuple[str, str], tuple] = {}
     for target, sub in pairs:
         subs = grouped.setdefault((target.Document.Name, target.Name), (target, []))[1]
         if sub not in subs:

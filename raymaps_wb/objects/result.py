@@ -13,16 +13,38 @@ class Result(Proxy):
 
     TYPE = "RayMaps::Result"
     PROPERTIES = (
-        Property("App::PropertyString", "MapPath", "Folder of the Ray Map, relative to the document where possible", output=True),
-        Property("App::PropertyString", "Fingerprint", "Of all that was exported for this map", read_only=True, output=True),
+        Property(
+            "App::PropertyString",
+            "MapPath",
+            "Folder of the Ray Map, relative to the document where possible",
+            output=True,
+        ),
+        Property(
+            "App::PropertyString", "Fingerprint", "Of all that was exported for this map", read_only=True, output=True
+        ),
         Property("App::PropertyInteger", "Rays", "Number of rays in the map", read_only=True, output=True),
         Property("App::PropertyInteger", "Events", "Number of events in the map", read_only=True, output=True),
-        Property("App::PropertyBool", "Stale", "The document has changed since the map was made", False, read_only=True, output=True),
+        Property(
+            "App::PropertyBool",
+            "Stale",
+            "The document has changed since the map was made",
+            False,
+            read_only=True,
+            output=True,
+        ),
         Property("App::PropertyString", "Criterion", "Which rays are shown", "true", output=True),
         Property("App::PropertyStringList", "History", "Criteria asked before, latest first", output=True),
         Property("App::PropertyInteger", "MaxRays", "Largest number of rays drawn", 1000, output=True),
-        Property("App::PropertyInteger", "MatchingRays", "Number of rays that match the criterion", read_only=True, output=True),
-        Property("App::PropertyFloat", "FluxW", "Light of the matching rays as emitted, in W", read_only=True, output=True),
+        Property(
+            "App::PropertyInteger",
+            "MatchingRays",
+            "Number of rays that match the criterion",
+            read_only=True,
+            output=True,
+        ),
+        Property(
+            "App::PropertyFloat", "FluxW", "Light of the matching rays as emitted, in W", read_only=True, output=True
+        ),
         Property("App::PropertyFloat", "FluxStderrW", "Standard error of FluxW, in W", read_only=True, output=True),
     )
 

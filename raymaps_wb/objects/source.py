@@ -16,8 +16,8 @@ class Source(Proxy):
         Property(
             "App::PropertyEnumeration",
             "Kind",
-            "Faces: Lambertian emission from faces of a body; Point: the same in all directions; Cone: a point into a cone; "
-            "Disc: a parallel beam",
+            "Faces: Lambertian emission from faces of a body; Point: the same in all directions; "
+            "Cone: a point into a cone; Disc: a parallel beam",
             "Point",
             choices=KINDS,
         ),

@@ -12,7 +12,9 @@ class Study(Proxy):
     PROPERTIES = (
         Property("App::PropertyInteger", "Rays", "Number of rays to simulate", 100_000),
         Property("App::PropertyInteger", "Seed", "Seed of all random numbers: the same seed gives the same rays", 1),
-        Property("App::PropertyInteger", "MaxEvents", "A ray with more events than this is ended, and recorded so", 1000),
+        Property(
+            "App::PropertyInteger", "MaxEvents", "A ray with more events than this is ended, and recorded so", 1000
+        ),
         Property(
             "App::PropertyFloat",
             "RouletteThreshold",
@@ -22,10 +24,11 @@ class Study(Proxy):
         Property(
             "App::PropertyLength", "ChordTolerance", "Largest distance of the triangles to the CAD surface, in mm", 0.02
         ),
-        Property("App::PropertyAngle", "AngularDeflection", "Largest angle between neighbouring triangles, in degrees", 6.0),
+        Property(
+            "App::PropertyAngle", "AngularDeflection", "Largest angle between neighbouring triangles, in degrees", 6.0
+        ),
         Property("App::PropertyLinkGlobal", "AmbientMedium", "Medium outside all bodies; none: vacuum"),
     )
-
 
 
 def make_study(document, label=None):

@@ -31,12 +31,15 @@ class SurfaceProperty(Proxy):
         Property(
             "App::PropertyFloatList",
             "Transmittance",
-            "Share of the light that is transmitted diffusely, 0 to 1: one value, or one for each of red, green and blue",
+            "Share of the light that passes diffusely, 0 to 1: one value, or one for each of red, green and blue",
             [0.0],
             shown_for=("Lambertian",),
         ),
         Property(
-            "App::PropertyLinkListGlobal", "Parts", "Surface properties that the mixture is made of", shown_for=("Mixture",)
+            "App::PropertyLinkListGlobal",
+            "Parts",
+            "Surface properties that the mixture is made of",
+            shown_for=("Mixture",),
         ),
         Property(
             "App::PropertyFloatList",

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """A task panel that shows an object's properties, and only those that matter for its kind."""
 
+from typing import Any
+
 import FreeCAD
 import FreeCADGui
 
@@ -14,7 +16,7 @@ class ObjectPanel:
 
     ICON = "raymaps"
     TITLE = ""
-    LEFT_OUT = ()
+    LEFT_OUT: tuple[str, ...] = ()
 
     def __init__(self, obj):
         self.obj = obj
@@ -24,7 +26,8 @@ class ObjectPanel:
         self.layout = QtWidgets.QFormLayout(self.form)
         self._name = QtWidgets.QLineEdit(obj.Label)
         self.layout.addRow(translate("Name"), self._name)
-        self.editors, self._labels = {}, {}
+        self.editors: dict[str, Any] = {}
+        self._labels: dict[str, Any] = {}
         for prop in obj.Proxy.PROPERTIES:
             editor_class = EDITORS.get(prop.kind)
             if editor_class is None or prop.hidden or prop.read_only or prop.name in self.LEFT_OUT:

@@ -40,9 +40,12 @@ class QuantityEditor:
         self.prop = prop
         self.widget = FreeCADGui.UiLoader().createWidget("Gui::QuantitySpinBox")
         self.widget.setProperty("value", getattr(obj, prop.name))
+        self._shown = str(self.widget.property("value"))
 
     def write(self, obj):
-        setattr(obj, self.prop.name, self.widget.property("value"))
+        # The widget rounds to the digits that it shows: what nobody changed is left as it is.
+        if str(self.widget.property("value")) != self._shown:
+            setattr(obj, self.prop.name, self.widget.property("value"))
 
 
 class ChoiceEditor:

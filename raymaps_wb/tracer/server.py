@@ -9,12 +9,14 @@ from raymaps_wb.tracer.process import LineProcess, last_sentence
 
 
 class MapServer(QtCore.QObject):
-    """Asks ``raymaps serve MAP``. Answers arrive later, in callbacks; the process is started with the first question."""
+    """Asks ``raymaps serve MAP``, which starts with the first question. Answers arrive later, in callbacks."""
 
     def __init__(self, map_folder, parent=None):
         super().__init__(parent)
         self.map_folder = map_folder
-        self._process, self._waiting, self._next_id = None, {}, 1
+        self._process: LineProcess | None = None
+        self._waiting: dict[int, tuple] = {}
+        self._next_id = 1
 
     def ask(self, method, params, on_result, on_error):
         """Send a question.
@@ -31,11 +33,10 @@ class MapServer(QtCore.QObject):
         TracerError
             If there is no interpreter.
         """
-        if self._process is None:
-            self._start()
+        process = self._process = self._process or self._started()
         number, self._next_id = self._next_id, self._next_id + 1
         self._waiting[number] = (on_result, on_error)
-        self._process.write_line(json.dumps({"jsonrpc": "2.0", "id": number, "method": method, "params": params}))
+        process.write_line(json.dumps({"jsonrpc": "2.0", "id": number, "method": method, "params": params}))
 
     def process_id(self):
         """The operating system's number of the process; 0 if there is none."""
@@ -49,12 +50,13 @@ class MapServer(QtCore.QObject):
             self._process.stop()
             self._process = None
 
-    def _start(self):
+    def _started(self):
         arguments = tracer_arguments(["serve", self.map_folder])
-        self._process = LineProcess(find_interpreter().path, arguments, child_environment(), self)
-        self._process.line.connect(self._line)
-        self._process.ended.connect(self._end)
-        self._process.start()
+        process = LineProcess(find_interpreter().path, arguments, child_environment(), self)
+        process.line.connect(self._line)
+        process.ended.connect(self._end)
+        process.start()
+        return process
 
     def _line(self, text):
         try:
@@ -70,9 +72,13 @@ class MapServer(QtCore.QObject):
             on_result(answer.get("result") or {})
 
     def _end(self, code, crashed):
-        said = last_sentence(self._process.errors)
+        said = last_sentence(self._process.errors) if self._process is not None else ""
         waiting, self._waiting, self._process = list(self._waiting.values()), {}, None
         how = "crashed or was killed" if crashed else f"ended with exit code {code}"
-        text = said if code == 3 and said else f"The process that reads the map {how}{': ' + said if said else ''}. Press Apply to start it again."
+        text = (
+            said
+            if code == 3 and said
+            else f"The process that reads the map {how}{': ' + said if said else ''}. Press Apply to start it again."
+        )
         for _, on_error in waiting:
             on_error(text.replace("..", "."))

@@ -18,7 +18,9 @@ from raymaps_wb.tracer.process import LineProcess, last_sentence
 OLDEST, NEWEST = (3, 10), (3, 14)
 
 #: Tells the version, and whether the interpreter can make environments with pip in them.
-PROBE = "import sys, importlib.util as u; print(*sys.version_info[:2], int(all(map(u.find_spec, ('venv', 'ensurepip')))))"
+PROBE = (
+    "import sys, importlib.util as u; print(*sys.version_info[:2], int(all(map(u.find_spec, ('venv', 'ensurepip')))))"
+)
 
 
 def set_up_commands(folder=None, uv=None, python=None):
@@ -45,7 +47,18 @@ def set_up_commands(folder=None, uv=None, python=None):
             ("Making the environment", [uv, "venv", "--quiet", "--clear", "--python", python or "3.12", folder]),
             (
                 "Installing the packages",
-                [uv, "pip", "install", "--python", inside, "--require-hashes", "--only-binary", ":all:", "-r", LOCK_FILE],
+                [
+                    uv,
+                    "pip",
+                    "install",
+                    "--python",
+                    inside,
+                    "--require-hashes",
+                    "--only-binary",
+                    ":all:",
+                    "-r",
+                    LOCK_FILE,
+                ],
             ),
             ("Trying the packages", check),
         ]
@@ -77,14 +90,20 @@ def unsupported_machine():
 
 
 class TracerSetup(QtCore.QObject):
-    """Finds an interpreter, then runs the commands. Signals: ``said(str)``; ``ended(bool, str)`` with success and a sentence."""
+    """Finds an interpreter, then runs the commands.
+
+    Signals: ``said(str)``; ``ended(bool, str)`` with success and a sentence.
+    """
 
     said = QtCore.Signal(str)
     ended = QtCore.Signal(bool, str)
 
     def __init__(self, parent=None):
         super().__init__(parent)
-        self._process, self._commands, self._candidates, self._cancelled = None, [], [], False
+        self._process: LineProcess | None = None
+        self._commands: list[tuple[str, list[str]]] = []
+        self._candidates: list[str] = []
+        self._cancelled = False
 
     def start(self):
         """Begin; returns at once."""
@@ -118,11 +137,13 @@ class TracerSetup(QtCore.QObject):
             )
             return
         python = self._candidates.pop(0)
-        words = []
+        words: list[str] = []
         self._start([python, "-I", "-c", PROBE], words.append, lambda code, crashed: self._probed(python, words))
 
     def _probed(self, python, words):
-        numbers = [int(word) for word in words[0].split()] if words and words[0].replace(" ", "").isdigit() else [0, 0, 0]
+        numbers = (
+            [int(word) for word in words[0].split()] if words and words[0].replace(" ", "").isdigit() else [0, 0, 0]
+        )
         if OLDEST <= tuple(numbers[:2]) <= NEWEST and numbers[2]:
             self._commands = set_up_commands(python=python)
             self._next()
@@ -144,8 +165,10 @@ class TracerSetup(QtCore.QObject):
         if self._cancelled:
             self._finish(False, "Setting up was cancelled.")
         elif code != 0 or crashed:
-            said = last_sentence(self._process.errors)
-            self._finish(False, f"{what} failed{': ' + said if said else f' with exit code {code}'}.".replace("..", "."))
+            said = last_sentence(self._process.errors) if self._process is not None else ""
+            self._finish(
+                False, f"{what} failed{': ' + said if said else f' with exit code {code}'}.".replace("..", ".")
+            )
         else:
             self._next()
 

@@ -12,7 +12,7 @@ from raymaps_wb.tracer.process import LineProcess, last_sentence
 DONE, CANCELLED, FAILED = "done", "cancelled", "failed"
 INTERRUPTED = 4  # exit code of a run that can be resumed
 
-#: state: DONE, CANCELLED or FAILED. map_folder: empty if there is none. text: one sentence. summary: the tracer's last words.
+#: state: DONE, CANCELLED or FAILED. map_folder: empty if there is none. text: one sentence. summary: what it said last.
 Outcome = namedtuple("Outcome", "state map_folder text summary")
 
 
@@ -81,6 +81,8 @@ class TraceRun(QtCore.QObject):
             return said
         how = "crashed or was killed" if crashed else f"ended with exit code {code}"
         kept = " The rays traced so far are kept." if folder else ""
-        return f"The tracer {how} before it was done{': ' + said if said else ''}.{kept} Run again to repeat it.".replace(
-            "..", "."
+        return (
+            f"The tracer {how} before it was done{': ' + said if said else ''}.{kept} Run again to repeat it.".replace(
+                "..", "."
+            )
         )

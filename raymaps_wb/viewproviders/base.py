@@ -72,7 +72,7 @@ class DrawnViewProxy(ViewProxy):
     """Base of view providers that draw something in the 3D view with Coin nodes."""
 
     MODE = "Shaded"
-    REDRAWN_BY = ()
+    REDRAWN_BY: tuple[str, ...] = ()
 
     def attach(self, view):
         from pivy import coin

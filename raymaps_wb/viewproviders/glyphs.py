@@ -47,7 +47,7 @@ def circle(radius, z=0.0, n=48):
 
 def arrow(start, end):
     """Lines of an arrow between two points, with a head of four strokes."""
-    axis = [e - s for s, e in zip(start, end)]
+    axis = [e - s for s, e in zip(start, end, strict=True)]
     length = math.sqrt(sum(a * a for a in axis)) or 1.0
     axis = [a / length for a in axis]
     helper = (1, 0, 0) if abs(axis[0]) < 0.8 else (0, 1, 0)
@@ -56,7 +56,7 @@ def arrow(start, end):
     lines = [[tuple(start), tuple(end)]]
     for across in (side, other):
         for sign in (1, -1):
-            head = [e - 0.28 * length * a + sign * 0.12 * length * c for e, a, c in zip(end, axis, across)]
+            head = [e - 0.28 * length * a + sign * 0.12 * length * c for e, a, c in zip(end, axis, across, strict=True)]
             lines.append([tuple(end), tuple(head)])
     return lines
 

@@ -2,6 +2,7 @@
 """ViewResult: the matching rays as one set of lines; the icon tells whether they still belong to the document."""
 
 from raymaps_wb.compat import icon_changed
+from raymaps_wb.gui.overlay import Overlay
 from raymaps_wb.paths import icon
 from raymaps_wb.viewproviders.base import DrawnViewProxy
 
@@ -13,7 +14,7 @@ class ViewResult(DrawnViewProxy):
 
     def attach(self, view):
         super().attach(view)
-        self.overlay = None
+        self.overlay: Overlay | None = None
         if "LineWidth" not in view.PropertiesList:
             view.addProperty("App::PropertyFloat", "LineWidth", "Ray Maps", "Width of the drawn rays, in pixels")
             view.LineWidth = 1.0
@@ -30,13 +31,12 @@ class ViewResult(DrawnViewProxy):
             icon_changed(obj.ViewObject)
 
     def onChanged(self, view, name):
-        if name == "LineWidth" and getattr(self, "overlay", None) is not None:
-            self.overlay.set_line_width(view.LineWidth)
+        overlay = getattr(self, "overlay", None)
+        if name == "LineWidth" and overlay is not None:
+            overlay.set_line_width(view.LineWidth)
 
     def show_overlay(self, view, path, n_segments):
         """Draw the segments of an overlay file instead of what is drawn now."""
-        from raymaps_wb.gui.overlay import Overlay
-
         if self.overlay is None:
             self.overlay = Overlay()
             self.root.addChild(self.overlay.node)

@@ -58,11 +58,13 @@ def run():
             sys.modules[name] = None
         folder = os.path.dirname(os.path.abspath(__file__))
         patterns = json.loads(os.environ["RAYMAPS_TEST_PATTERNS"])
-        found = unittest.TestLoader().discover(os.path.join(folder, os.environ["RAYMAPS_TEST_KIND"]), top_level_dir=folder)
+        found = unittest.TestLoader().discover(
+            os.path.join(folder, os.environ["RAYMAPS_TEST_KIND"]), top_level_dir=folder
+        )
         wanted = [test for test in flat(found) if not patterns or any(pattern in test.id() for pattern in patterns)]
         unittest.TestSuite(wanted).run(result)
         result.complete = True
-    except Exception:
+    except Exception:  # noqa: BLE001 (a report must be written in any case)
         result.results.append(("start", traceback.format_exc()))
     result.write()
     sys.stdout.flush()

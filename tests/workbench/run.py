@@ -4,9 +4,9 @@
 
     python3 tests/workbench/run.py [app] [gui] [NAME ...]
 
-NAME is a part of a test's name. Plain Python without other packages. Ends with a line "N passed, N failed" and exits 1 if
-a test failed, was skipped, or FreeCAD or Xvfb is missing. The tracer's interpreter is the repository's .venv, or the one
-that RAYMAPS_PYTHON names. RAYMAPS_PICTURES names a folder that pictures of the window are written to.
+NAME is a part of a test's name. Plain Python without other packages. Ends with a line "N passed, N failed" and exits 1
+if a test failed, was skipped, or FreeCAD or Xvfb is missing. The tracer's interpreter is the repository's .venv, or
+the one that RAYMAPS_PYTHON names. RAYMAPS_PICTURES names a folder that pictures of the window are written to.
 """
 
 import json
@@ -61,9 +61,7 @@ def fresh_home(freecadcmd, home):
     environment["XDG_RUNTIME_DIR"] = runtime
     answer, question = os.path.join(home, "data_folder"), os.path.join(home, "ask.py")
     with open(question, "w", encoding="utf-8") as file:
-        file.write(
-            f"import FreeCAD, os\nopen({answer!r}, 'w').write(FreeCAD.getUserAppDataDir())\nos._exit(0)\n"
-        )
+        file.write(f"import FreeCAD, os\nopen({answer!r}, 'w').write(FreeCAD.getUserAppDataDir())\nos._exit(0)\n")
     output, _ = run_limited([freecadcmd, question], environment, 120)
     if not os.path.isfile(answer):
         sys.exit(f"FreeCAD does not start:\n{output[-2000:]}\n0 passed, 1 failed")
@@ -84,13 +82,14 @@ def run_kind(kind, command, environment, home, patterns):
         "RAYMAPS_TEST_PATTERNS": json.dumps(patterns),
     }
     output, in_time = run_limited([*command, os.path.join(FOLDER, "inside.py")], environment, LIMITS_S[kind])
-    results = []
+    results, complete = [], False
     if os.path.isfile(report):
         with open(report, encoding="utf-8") as file:
-            results = [tuple(result) for result in json.load(file)["results"]]
+            said = json.load(file)
+        results, complete = [tuple(result) for result in said["results"]], said["complete"]
     if not in_time:
         results.append((f"{kind} tests", f"did not end within {LIMITS_S[kind]} s:\n{output[-3000:]}"))
-    elif not os.path.isfile(report) or not json.loads(open(report, encoding="utf-8").read())["complete"]:
+    elif not complete:
         results.append((f"{kind} tests", f"FreeCAD ended before the tests were done:\n{output[-3000:]}"))
     elif not results and not patterns:
         results.append((f"{kind} tests", "there are none"))
@@ -111,7 +110,9 @@ def main():
     if "gui" in kinds and not program("xvfb-run"):
         missing.append("xvfb-run")
     if missing:
-        print(f"missing: {', '.join(missing)}; on Debian and Ubuntu: apt-get install freecad xvfb xauth libgl1-mesa-dri")
+        print(
+            f"missing: {', '.join(missing)}; on Debian and Ubuntu: apt-get install freecad xvfb xauth libgl1-mesa-dri"
+        )
         print("0 passed, 1 failed")
         return 1
     commands = {"app": [freecadcmd], "gui": [*WINDOW, freecad]}

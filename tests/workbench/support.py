@@ -73,7 +73,8 @@ class DocumentTest(unittest.TestCase):
         with open(exported.path, encoding="utf-8") as file:
             scene = json.load(file)
         meshes = {
-            name: read_ply(os.path.join(self.folder, body["geometry"]["file"])) for name, body in scene["bodies"].items()
+            name: read_ply(os.path.join(self.folder, body["geometry"]["file"]))
+            for name, body in scene["bodies"].items()
         }
         return scene, meshes
 

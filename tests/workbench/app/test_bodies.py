@@ -87,9 +87,7 @@ class BodiesTest(DocumentTest):
             self.placement(0, 0, -9, (1, 1, 0), 45),
         )
         whole = placements[2].multiply(placements[1]).multiply(placements[0])
-        corners = [
-            whole.multVec(self.vector(x, y, z)) for x in (0, 1) for y in (0, 2) for z in (0, 3)
-        ]
+        corners = [whole.multVec(self.vector(x, y, z)) for x in (0, 1) for y in (0, 2) for z in (0, 3)]
         # Picked from the outside, and as the box alone: the same body in the same place.
         for reference in ((outer, "Inner.Deep."), (box, ""), (inner, "Deep."), (outer, "")):
             with self.subTest(reference=reference[1]):
@@ -162,7 +160,9 @@ class BodiesTest(DocumentTest):
         imported = [(obj, "") for obj in self.document.Objects if hasattr(obj, "Shape") and obj.Shape.Solids]
         self.assertTrue(imported)
         scene, meshes = self.export(self.study(*imported))
-        self.assertAlmostEqual(sum(volume_mm3(mesh) for mesh in meshes.values()), shape.Volume, delta=0.01 * shape.Volume)
+        self.assertAlmostEqual(
+            sum(volume_mm3(mesh) for mesh in meshes.values()), shape.Volume, delta=0.01 * shape.Volume
+        )
         for mesh in meshes.values():
             self.assertEqual(unpaired_edges(mesh), [])
         kinds = {face["surface"]["type"] for body in scene["bodies"].values() for face in body["geometry"]["faces"]}
@@ -185,7 +185,7 @@ class BodiesTest(DocumentTest):
         boxes = [self.box(f"B{i}", (1, 1, 1)) for i in range(3)]
         for i, box in enumerate(boxes):
             box.Label, box.Placement.Base = "lens/1 ä", self.vector(5 * i, 0, 0)
-        scene, meshes = self.export(self.study(*((box, "") for box in boxes)))
+        scene, _ = self.export(self.study(*((box, "") for box in boxes)))
         self.assertEqual(len(scene["bodies"]), 3)
         self.assertEqual(len({body["geometry"]["file"] for body in scene["bodies"].values()}), 3)
         self.assertIn("lens/1 ä", scene["bodies"])

@@ -68,7 +68,12 @@ class CheckTest(DocumentTest):
         black.Kind, black.Reflectance, black.Transmittance = "Lambertian", [0.7], [0.4]
         source.FluxW, medium.RefractiveIndex, study.RouletteThreshold = -1, 0, 2
         text = self.blocking(study)
-        for word in ("the flux must be above 0 W, got -1 W", "refractive index", "roulette", "together must be at most 1"):
+        for word in (
+            "the flux must be above 0 W, got -1 W",
+            "refractive index",
+            "roulette",
+            "together must be at most 1",
+        ):
             self.assertIn(word, text)
 
     def test_not_a_number(self):

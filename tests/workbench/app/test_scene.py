@@ -28,7 +28,7 @@ class SceneTest(DocumentTest):
         sources = scene["sources"]
         self.assertEqual(sources["Spot"]["kind"], "cone")
         self.assertEqual(sources["Spot"]["position_mm"], [1, 2, 3])
-        for got, expected in zip(sources["Spot"]["direction"], (0, -1, 0)):
+        for got, expected in zip(sources["Spot"]["direction"], (0, -1, 0), strict=True):
             self.assertAlmostEqual(got, expected, places=12)
         self.assertEqual((sources["Spot"]["half_angle_deg"], sources["Spot"]["flux_w"]), (20, 2.5))
         self.assertEqual((sources["Beam"]["kind"], sources["Beam"]["radius_mm"]), ("disc", 4))
@@ -49,7 +49,7 @@ class SceneTest(DocumentTest):
         scene, _ = self.export(study)
         inside = scene["sources"]["Inside"]
         position, direction = [105, 0, 0], [1, 0, 0]
-        for got, wanted in zip(inside["position_mm"] + inside["direction"], position + direction):
+        for got, wanted in zip(inside["position_mm"] + inside["direction"], position + direction, strict=True):
             self.assertAlmostEqual(got, wanted, places=9)
 
     def test_ambient_medium(self):

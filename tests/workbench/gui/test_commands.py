@@ -3,8 +3,8 @@
 
 import FreeCAD
 import FreeCADGui
-from gui.window import WindowTest, spin
 
+from gui.window import WindowTest, spin
 from raymaps_wb.compat import QtWidgets
 from raymaps_wb.gui import dock
 from raymaps_wb.gui.commands import COMMANDS
@@ -130,7 +130,9 @@ class CommandsTest(WindowTest):
 
     def test_one_panel(self):
         self.assertIs(dock.show(), dock.show())
-        found = [w for w in FreeCADGui.getMainWindow().findChildren(QtWidgets.QDockWidget) if w.objectName() == dock.NAME]
+        found = [
+            w for w in FreeCADGui.getMainWindow().findChildren(QtWidgets.QDockWidget) if w.objectName() == dock.NAME
+        ]
         self.assertEqual(len(found), 1)
 
     def test_suggested_criteria_are_made_of_the_study_s_names(self):

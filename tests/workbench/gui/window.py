@@ -13,6 +13,7 @@ from raymaps_wb.compat import QtCore, QtGui, QtWidgets
 from raymaps_wb.gui import dock
 from raymaps_wb.objects.result import result_of
 from raymaps_wb.objects.study import studies
+from raymaps_wb.tracer.trace import DONE
 
 RUN_LIMIT_S = 120
 
@@ -66,6 +67,11 @@ class WindowTest(DocumentTest):
         FreeCADGui.runCommand("RayMaps_Run")
         self.assertTrue(wait_until(lambda: outcomes, RUN_LIMIT_S), self.panel.status.text())
         return outcomes[0]
+
+    def run_to_the_end(self, study):
+        """Run; the test fails with the tracer's words if it is not done."""
+        outcome = self.run_study(study)
+        self.assertEqual(outcome.state, DONE, outcome.text)
 
     def ask(self, criterion, max_rays=1000):
         """Apply a criterion; the answers to query and overlay."""
