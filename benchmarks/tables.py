@@ -60,8 +60,8 @@ def _speeds(m: Measured) -> Section:
                 )
             )  # fmt: skip
     note = (
-        "Median (least to most). A segment starts at every event that is no end. In eight portions. Trace: simulated and thrown away. "
-        "Trace and store: every ray on disk, compressed; without compiling the scene, which takes "
+        "Median (least to most), in eight portions. A segment starts at every event that is no end. Trace: simulated "
+        "and thrown away. Trace and store: every ray on disk, compressed; without compiling the scene, which takes "
         + "; ".join(f"{summary(s.prepare, 1e3)} ms for {s.scene}" for s in m.speeds if s.threads == m.speeds[0].threads)
         + "."
     )

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from benchmarks.asking import Answer, Opening
 from benchmarks.files import Size
@@ -39,7 +39,14 @@ class Judgement:
 
 
 def judge(m: Measured) -> list[Judgement]:
-    """A row a figure."""
+    """A row a figure; none is judged on maps of fewer rays than the figures speak of."""
+    rows = _rows(m)
+    if min(opening.rays for opening in m.openings) < MILLION:
+        return [row if row.met.startswith("not ") else replace(row, met="not judged: too few rays") for row in rows]
+    return rows
+
+
+def _rows(m: Measured) -> list[Judgement]:
     most_threads = max(speed.threads for speed in m.speeds)
     fast = [speed for speed in m.speeds if speed.threads == most_threads]
     one_event = [answer for answer in m.answers if answer.n_events == 1 and not answer.is_area]

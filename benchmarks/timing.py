@@ -48,14 +48,14 @@ def alternate(
     """Time each contestant once a round, the first place rotating; returns timings and their last results.
 
     ``prepare`` runs before each contestant outside of the time that is taken; the first round warms up and does not
-    count. Past ``budget_s`` no further round is begun once two have counted.
+    count. Past ``budget_s`` no further round is begun once one has counted.
     """
     seconds: dict[str, list[float]] = {name: [] for name in contestants}
     results: dict[str, Any] = {}
     names = list(contestants)
     started_all = time.perf_counter()
     for turn in range(-1, repeats):
-        if turn >= 2 and time.perf_counter() - started_all > budget_s:
+        if turn >= 1 and time.perf_counter() - started_all > budget_s:
             break
         gc.collect()
         at = max(turn, 0) % len(names)
