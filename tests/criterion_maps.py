@@ -43,6 +43,10 @@ class Crossing:
     registered: bool
 
 
+#: Kinds of events that are on no surface, whatever place is stored with them.
+OFF_SURFACES = (EventKind.MEDIUM_ABSORPTION, EventKind.MEDIUM_SCATTERING, EventKind.LEFT)
+
+
 @dataclass
 class Event:
     kind: EventKind
@@ -119,8 +123,10 @@ def random_ray(rng: np.random.Generator, n_sources: int = len(NAMES.sources), ma
         light = light * rng.uniform(0.3, 1.0, 3)
     ending = _ENDINGS[int(rng.integers(len(_ENDINGS)))]
     gone = ending in ENDINGS["absorbed"]
-    where = place() if ending in (EventKind.ABSORPTION, EventKind.KILLED_MEDIUM_MISMATCH) else {}
-    events.append(Event(ending, light=(0.0, 0.0, 0.0) if gone else events[-1].light, **where))
+    # a place also where it means nothing, of the surface ahead of an absorption on the way
+    where = place() if rng.random() < 0.7 else {}
+    medium = int(rng.integers(2))
+    events.append(Event(ending, medium=medium, light=(0.0, 0.0, 0.0) if gone else events[-1].light, **where))
     for event in events:
         event.position_mm = tuple(float(x) for x in rng.normal(0, 10, 3))
     return events

@@ -26,9 +26,8 @@ from raymaps.criterion import (
     query,
 )
 from raymaps.kinds import CRITERION_KINDS, ENDINGS, EventKind
-from tests.criterion_maps import NAMES, SOURCE_FLUX_W, random_map
+from tests.criterion_maps import NAMES, OFF_SURFACES, SOURCE_FLUX_W, random_map
 
-OFF_SURFACE = (EventKind.EMISSION, EventKind.MEDIUM_ABSORPTION, EventKind.MEDIUM_SCATTERING, EventKind.LEFT)
 KINDS = sorted(CRITERION_KINDS)
 
 
@@ -54,7 +53,7 @@ def matches_slowly(criterion, ray):
         case Hit(body, face, kind):
             return any(
                 event.body >= 0
-                and event.kind not in OFF_SURFACE
+                and event.kind not in (EventKind.EMISSION, *OFF_SURFACES)
                 and NAMES.bodies[event.body] == body
                 and (face is None or NAMES.faces[event.face][1] == face)
                 and has_kind(event, kind)
@@ -63,7 +62,7 @@ def matches_slowly(criterion, ray):
         case OnSurface(surface, kind):
             return any(
                 event.surface >= 0
-                and event.kind not in OFF_SURFACE
+                and event.kind not in (EventKind.EMISSION, *OFF_SURFACES)
                 and NAMES.surfaces[event.surface] == surface
                 and has_kind(event, kind)
                 for event in ray

@@ -7,9 +7,7 @@ import pytest
 
 from raymaps.kinds import EventKind
 from raymaps.results.paths import distinct_paths
-from tests.criterion_maps import NAMES, SOURCE_FLUX_W, Crossing, Event, MemoryMap, random_map
-
-MEDIUM_EVENTS = (EventKind.MEDIUM_ABSORPTION, EventKind.MEDIUM_SCATTERING)
+from tests.criterion_maps import NAMES, OFF_SURFACES, SOURCE_FLUX_W, Crossing, Event, MemoryMap, random_map
 
 
 def written_out(ray):
@@ -19,9 +17,9 @@ def written_out(ray):
         kind = event.kind.label
         if event.kind is EventKind.EMISSION:
             words.append(NAMES.sources[event.source])
-        elif event.kind in MEDIUM_EVENTS:
+        elif event.kind in (EventKind.MEDIUM_ABSORPTION, EventKind.MEDIUM_SCATTERING):
             words.append(f"{NAMES.media[before.medium]} {kind}")
-        elif event.face >= 0:
+        elif event.face >= 0 and event.kind not in OFF_SURFACES:
             body, face = NAMES.faces[event.face]
             words.append(f"{NAMES.bodies[body]}.{face} {kind}")
         else:

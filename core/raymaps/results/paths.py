@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["DistinctPath", "PathTable", "distinct_paths"]
 
 _IN_MEDIUM = (EventKind.MEDIUM_ABSORPTION, EventKind.MEDIUM_SCATTERING)
+_WITHOUT_PLACE = (EventKind.EMISSION, EventKind.LEFT, *_IN_MEDIUM)
 
 
 @dataclass(frozen=True)
@@ -161,7 +162,7 @@ def _path_steps(table: SignatureTable) -> NDArray[np.void]:
     steps["detector"] = table.detector
     steps["registered"] = table.registered
     in_medium = np.isin(table.kind, _IN_MEDIUM)
-    steps["face"] = np.where(in_medium | (table.kind == EventKind.EMISSION), NONE, table.face)
+    steps["face"] = np.where(np.isin(table.kind, _WITHOUT_PLACE), NONE, table.face)
     events = np.flatnonzero(table.kind != EventKind.CROSSING)
     here = np.flatnonzero(in_medium[events])
     steps["medium"][events[here]] = table.medium[events[here - 1]]
