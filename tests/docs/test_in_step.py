@@ -1,0 +1,252 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""What the documentation lists is what the program has: columns, kinds, fields, commands, links."""
+
+from __future__ import annotations
+
+import ast
+import json
+import re
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pydantic import BaseModel
+from typer.main import get_command
+
+from raymaps import materials, scene
+from raymaps.criterion import ELEMENTARY_EVENTS
+from raymaps.criterion import text as criterion_text
+from raymaps.kinds import CRITERION_KINDS, ENDINGS, KILL_REASONS, EventKind
+from raymaps.names import Names
+from raymaps.store import LedgerEntry, Manifest, PortionSummary
+from raymaps.store.columns import COLUMNS
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+PAGES = [REPOSITORY / "README.md", *sorted((REPOSITORY / "docs").glob("*.md"))]
+
+
+def page(name: str) -> str:
+    return (REPOSITORY / "docs" / name).read_text(encoding="utf-8")
+
+
+def section(text: str, heading: str) -> str:
+    """A section of a page, up to the next heading of its own or a higher level."""
+    level = heading.split(" ", 1)[0]
+    found = re.search(rf"^{re.escape(heading)}$(.*?)(?=^#{{1,{len(level)}}} |\Z)", text, re.M | re.S)
+    assert found, f"no section '{heading}'"
+    return found[1]
+
+
+def rows(text: str) -> list[list[str]]:
+    """Cells of the first table of a text, without its head."""
+    lines = text.splitlines()
+    first = next(i for i, line in enumerate(lines) if line.startswith("|---"))
+    table = []
+    for line in lines[first + 1 :]:
+        if not line.startswith("|"):
+            break
+        table.append([cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]])
+    return table
+
+
+def quoted(cell: str) -> list[str]:
+    return re.findall(r"`([^`]+)`", cell)
+
+
+# ---------------------------------------------------------------------------------------------------- file format
+
+
+@pytest.mark.parametrize("table", COLUMNS)
+def test_columns_are_those_of_the_store(table: str) -> None:
+    text = section(page("file-format.md"), "## The columns")
+    told = rows(text.partition(f"`{table}.parquet`, a row")[2])
+    listed = [(name, cells[1], cells[2]) for cells in told for name in quoted(cells[0])]
+    assert [name for name, _, _ in listed] == list(COLUMNS[table])
+    for name, dtype, unit in listed:
+        column = COLUMNS[table][name]
+        assert dtype == ("float32 or float64" if column.dtype is None else np.dtype(column.dtype).name), name
+        assert unit == next((u for u in ("mm", "rad") if name.endswith(f"_{u}")), ""), name
+
+
+def test_kinds_are_those_of_the_program() -> None:
+    told = rows(section(page("file-format.md"), "## Kinds of events"))
+    assert [(int(code), quoted(name)[0]) for code, name, _ in told] == [(kind.value, kind.label) for kind in EventKind]
+
+
+def test_keys_of_the_manifest_and_of_portions() -> None:
+    names = Names(sources=(), bodies=(), surfaces=(), media=(), detectors=(), faces=())
+    manifest = json.loads(Manifest(1, "", names, 1, 1, 1.0, "").to_json())
+    told = rows(section(page("file-format.md"), "## manifest.json"))
+    assert [quoted(cells[0])[0] for cells in told] == list(manifest)
+    of_names = next(cells[1] for cells in told if "`names`" in cells[0])
+    assert set(quoted(of_names)) >= set(manifest["names"])
+    summary = json.loads(
+        PortionSummary(0, 1, 1, 0, 1, (1,), (0, 0), (LedgerEntry(0, "escaped", 0, 1.0),), {}).to_json()
+    )
+    told = rows(section(page("file-format.md"), "## portion.json"))
+    assert [name for cells in told for name in quoted(cells[0])] == list(summary)
+    told = rows(section(page("file-format.md"), "## The energy ledger"))
+    assert [quoted(cells[0])[0] for cells in told] == list(summary["ledger"][0])
+
+
+def test_all_fields_of_the_paper_are_told() -> None:
+    told = rows(section(page("file-format.md"), "## What is stored and what is derived"))
+    assert [int(cells[0]) for cells in told] == list(range(1, 12))
+
+
+# ---------------------------------------------------------------------------------------------------- scene format
+
+
+def models() -> list[type[BaseModel]]:
+    found = [value for module in (scene, materials) for value in vars(module).values() if isinstance(value, type)]
+    return list({model for model in found if issubclass(model, BaseModel) and model.__name__[0] != "_"})
+
+
+def test_every_field_of_a_scene_is_told() -> None:
+    told = set(quoted(page("scene-format.md")))
+    fields = {field for model in models() for field in model.model_fields}
+    assert fields - told == set()
+    kinds = {str(field.default) for model in models() for name, field in model.model_fields.items() if name == "kind"}
+    assert {f'"{kind}"' for kind in kinds} - told == {'"rectangle"'} - told
+
+
+def test_settings_have_the_defaults_that_are_told() -> None:
+    told = rows(section(page("scene-format.md"), "### Settings"))
+    defaults = {quoted(cells[0])[0]: float(cells[1]) for cells in told}
+    assert defaults == {name: float(field.default) for name, field in scene.Settings.model_fields.items()}
+
+
+def test_the_published_schema_is_that_of_the_program() -> None:
+    stored = json.loads((REPOSITORY / "docs" / "scene.schema.json").read_text(encoding="utf-8"))
+    assert stored == scene.scene_json_schema()
+
+
+# ---------------------------------------------------------------------------------------------------- criteria
+
+
+def test_every_elementary_event_and_kind_is_told() -> None:
+    text = page("criterion.md")
+    events = {
+        re.split(r"\W", name)[0] for cells in rows(section(text, "## Elementary events")) for name in quoted(cells[0])
+    }
+    assert events == set(ELEMENTARY_EVENTS)
+    kinds = [name for cells in rows(section(text, "## Kinds")) for name in quoted(cells[0])]
+    assert sorted(kinds) == sorted(CRITERION_KINDS)
+    endings = re.findall(r"`ended\((\w+)\)`", section(text, "## Elementary events"))
+    assert set(endings) == set(ENDINGS)
+
+
+def test_the_grammar_is_that_of_the_parser() -> None:
+    def words(text: str) -> str:
+        return "".join(re.sub(r"\s|`", "", line) for line in text.splitlines())
+
+    grammar = re.search(r"^    criterion   = .*?\n\n", criterion_text.__doc__ or "", re.M | re.S)
+    assert grammar is not None
+    assert words(grammar[0]) in words(section(page("criterion.md"), "## Grammar and limits"))
+
+
+def test_reasons_of_killed_rays_are_told() -> None:
+    told = rows(section(page("physics.md"), "## The energy ledger"))
+    assert [quoted(cells[0])[0] for cells in told] == list(KILL_REASONS.values())
+
+
+# ---------------------------------------------------------------------------------------------------- commands
+
+
+def test_every_command_and_option_is_told() -> None:
+    from raymaps.cli import app
+
+    text = section(page("user-guide.md"), "## On the command line")
+    listed = {quoted(cells[0])[0] for cells in rows(text)}
+    commands = get_command(app).commands  # type: ignore[attr-defined]
+    assert listed == set(commands)
+    for name, command in commands.items():
+        if name != "serve":
+            section(page("user-guide.md"), f"### {name}")
+        for parameter in command.params:
+            for option in parameter.opts:
+                if option.startswith("--") and option not in ("--help", "--output"):
+                    assert option in text, f"raymaps {name} {option}"
+
+
+def test_every_method_of_the_server_is_told() -> None:
+    from raymaps.serve import METHODS
+
+    told = rows(section(page("user-guide.md"), "## From other programs: the server"))
+    assert {quoted(cells[0])[0] for cells in told} == {*METHODS, "shutdown"}
+
+
+def test_every_command_of_the_workbench_is_told() -> None:
+    tree = ast.parse((REPOSITORY / "raymaps_wb" / "gui" / "commands.py").read_text(encoding="utf-8"))
+    titles = []
+    for node in ast.walk(tree):
+        if (
+            isinstance(node, ast.Assign)
+            and isinstance(node.targets[0], ast.Tuple)
+            and isinstance(node.value, ast.Tuple)
+        ):
+            values = dict(zip([name.id for name in node.targets[0].elts], node.value.elts, strict=True))  # type: ignore
+            text = values.get("TEXT")
+            if isinstance(text, ast.Constant) and text.value:
+                titles.append(text.value)
+    told = [cells[0].strip("*") for cells in rows(section(page("user-guide.md"), "### Tag a model"))]
+    assert titles
+    assert told == titles
+
+
+# ---------------------------------------------------------------------------------------------------- links and words
+
+_LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
+
+
+def anchors(text: str) -> set[str]:
+    """Anchors of a page's headings, as code forges make them."""
+    text = re.sub(r"^```.*?^```", "", text, flags=re.M | re.S)
+    titles = re.findall(r"^#+ (.+)$", text, re.M)
+    return {re.sub(r"[^\w\- ]", "", re.sub(r"[`*]", "", title).lower()).replace(" ", "-") for title in titles}
+
+
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.name)
+def test_links_lead_somewhere(path: Path) -> None:
+    text = re.sub(r"^```.*?^```", "", path.read_text(encoding="utf-8"), flags=re.M | re.S)
+    for link in _LINK.findall(text):
+        if "://" in link:
+            continue
+        file, _, anchor = link.partition("#")
+        target = (path.parent / file).resolve() if file else path
+        assert target.exists(), f"{path.name}: {link}"
+        if anchor:
+            assert anchor in anchors(target.read_text(encoding="utf-8")), f"{path.name}: {link}"
+
+
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.name)
+def test_no_addresses_of_registries_nor_of_somebodys_machine(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    hosts = r"pypi\.org|pythonhosted|anaconda\.org|conda-forge|docker\.io|ghcr\.io|npmjs|crates\.io"
+    assert not re.search(hosts, text)
+    assert not re.search(r"(?<![\w.~$])/(?:home|root|work|tmp|usr|opt|Users)/", text)
+
+
+def test_pictures_are_small_and_shown() -> None:
+    shown = {link for path in PAGES for link in _LINK.findall(path.read_text(encoding="utf-8"))}
+    for picture in (REPOSITORY / "docs" / "pictures").iterdir():
+        assert picture.stat().st_size < 300_000, f"{picture.name} is too large for a clone"
+        assert any(link.endswith(picture.name) for link in shown), f"{picture.name} is in no page"
+
+
+def test_the_readme_opens_with_a_picture_and_two_commands() -> None:
+    text = (REPOSITORY / "README.md").read_text(encoding="utf-8")
+    blocks = [block.strip() for block in re.split(r"\n\s*\n", text)]
+    assert blocks[0].startswith("# ")
+    assert blocks[1].startswith("![")
+    assert text.index("make demo\nmake test") < text.index("## Filtered rays")
+
+
+def test_tables_have_as_many_cells_in_each_row() -> None:
+    for path in PAGES:
+        text = re.sub(r"^```.*?^```", "", path.read_text(encoding="utf-8"), flags=re.M | re.S)
+        for a, b in pairwise(text.splitlines()):
+            if a.startswith("|") and b.startswith("|"):
+                cells = [len(re.split(r"(?<!\\)\|", line)) for line in (a, b)]
+                assert cells[0] == cells[1], f"{path.name}: {b}"
