@@ -76,9 +76,12 @@ class ReferenceTracer:
         u, v, _, _ = self.draws(ray, 0, ON_SURFACE)
         if source.kind == "faces":
             triangles = np.array(
-                [k for k, (owner, face) in enumerate(self.owner)
-                 if owner == source.body and (source.faces is None or face in source.faces)]
-            )  # fmt: skip
+                [
+                    k
+                    for k, (owner, face) in enumerate(self.owner)
+                    if owner == source.body and (source.faces is None or face in source.faces)
+                ]
+            )
             a, b, c = np.moveaxis(self.corners[triangles], 1, 0)
             area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
             place, p, q, _ = self.draws(ray, 0, EMIT_PLACE)
@@ -96,8 +99,8 @@ class ReferenceTracer:
         return position + source.radius_mm * math.sqrt(u) * around(axis, 0.0, v), axis, -1
 
     def nearest(self, position, direction, standing_on):
-        """Distance and triangle of the first hit (T. Möller, B. Trumbore: Fast, minimum storage ray/triangle intersection,
-        J. Graphics Tools 2 (1997), p. 21); infinity and -1 if there is none.
+        """Distance and triangle of the first hit (T. Möller, B. Trumbore: Fast, minimum storage ray/triangle
+        intersection, J. Graphics Tools 2 (1997), p. 21); infinity and -1 if there is none.
         """
         a, b, c = np.moveaxis(self.corners, 1, 0)
         edge1, edge2 = b - a, c - a

@@ -8,8 +8,8 @@ from typing import Any
 
 from tests.physics.scenes import ball, body, box, disc_source, rectangle, write_scene
 
-#: Medium around each body with a medium. Left and Right overlap: the first triangle of Right lies in Left, so it counts as
-#: standing in Left, and rays from the fog onto Right are killed.
+#: Medium around each body with a medium. Left and Right overlap: the first triangle of Right lies in Left, so it
+#: counts as standing in Left, and rays from the fog onto Right are killed.
 OUTSIDE = {"Ball": "fog", "Core": "glass", "Left": "fog", "Right": "glass"}
 SOURCE_MEDIA = {"Point": "fog", "Inside": "glass", "Spot": "glass", "Beam": "fog", "Lamp": "fog"}
 
@@ -51,13 +51,21 @@ def everything(folder: Path, **sections: Any) -> Path:
         sources={
             "Point": {"kind": "point", "flux_w": 2, "position_mm": [0, 0, 15], "rgb": [0.5, 0.3, 0.2]},
             "Inside": {"kind": "point", "flux_w": 0.7, "position_mm": [-4, 0, 0]},
-            "Spot": {"kind": "cone", "flux_w": 0.5, "position_mm": [-3, 22, 0], "direction": [1, 0, 0.2], "half_angle_deg": 130},
+            "Spot": {
+                "kind": "cone",
+                "flux_w": 0.5,
+                "position_mm": [-3, 22, 0],
+                "direction": [1, 0, 0.2],
+                "half_angle_deg": 130,
+            },
             "Beam": disc_source((0, 0, 30), (0.1, 0, -1), 12, 2, (0.1, 0.1, 1)),
             "Lamp": {"kind": "faces", "flux_w": 1, "body": "Floor", "faces": ["+z", "+y"], "rgb": [1, 0, 0.1]},
         },
         detectors={
             "Flat": rectangle((0, 0, -15), 30, 20, side="both"),
-            "Tilted": rectangle((3, 1, 11), 25, 30, normal=[1, 0.5, 2], x_axis=[0, 1, 0], side="front", max_angle_deg=35),
+            "Tilted": rectangle(
+                (3, 1, 11), 25, 30, normal=[1, 0.5, 2], x_axis=[0, 1, 0], side="front", max_angle_deg=35
+            ),
             "Back": rectangle((0, 0, -14), 30, 20, side="back", max_angle_deg=60),
             "Through": rectangle((0, 0, 0), 40, 40, normal=[1, 0, 0], x_axis=[0, 0, 1]),
         },

@@ -37,7 +37,9 @@ class Key(NamedTuple):
 @pytest.fixture(scope="module", params=[0.0, 0.2, 1.0])
 def compared(request, tmp_path_factory):
     """A compiled scene, its traced portion, and the histories of the slow tracer."""
-    path = everything(tmp_path_factory.mktemp("scene"), settings={"max_events": 30, "roulette_threshold": request.param})
+    path = everything(
+        tmp_path_factory.mktemp("scene"), settings={"max_events": 30, "roulette_threshold": request.param}
+    )
     compiled = compile_scene(load_scene(path))
     first_ray = 123_456_789_012
     portion = Tracer(compiled, 2**63 + 5).trace_portion(first_ray, N_RAYS)
@@ -71,10 +73,17 @@ def test_every_kind_of_event_was_compared(compared):
     _, portion, _ = compared
     seen = {EventKind(kind) for kind in np.unique(portion.kind)}
     expected = {
-        EventKind.EMISSION, EventKind.DIFFUSE_REFLECTION, EventKind.DIFFUSE_REFRACTION, EventKind.SPECULAR_REFLECTION,
-        EventKind.FRESNEL_REFLECTION, EventKind.FRESNEL_REFRACTION, EventKind.ABSORPTION, EventKind.MEDIUM_ABSORPTION,
-        EventKind.LEFT, EventKind.KILLED_MEDIUM_MISMATCH,
-    }  # fmt: skip
+        EventKind.EMISSION,
+        EventKind.DIFFUSE_REFLECTION,
+        EventKind.DIFFUSE_REFRACTION,
+        EventKind.SPECULAR_REFLECTION,
+        EventKind.FRESNEL_REFLECTION,
+        EventKind.FRESNEL_REFRACTION,
+        EventKind.ABSORPTION,
+        EventKind.MEDIUM_ABSORPTION,
+        EventKind.LEFT,
+        EventKind.KILLED_MEDIUM_MISMATCH,
+    }
     assert expected <= seen
     assert EventKind.KILLED_NUMERICAL not in seen
 

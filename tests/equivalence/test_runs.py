@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""A map depends on the scene, the seed and the number of rays: not on threads, portions, or how a run was interrupted."""
+"""A map depends on the scene, the seed and the number of rays: not on threads, portions, or how a run was
+interrupted.
+"""
 
 import os
 import signal
@@ -23,9 +25,21 @@ from tests.physics.scenes import Histories
 
 N_RAYS, SEED = 40_000, 11
 COLUMNS = (
-    "ray_source", "offsets", "kind", "face", "body", "medium", "triangle", "position", "light", "crossing_row",
-    "crossing_detector", "crossing_xy", "crossing_angle", "crossing_registered",
-)  # fmt: skip
+    "ray_source",
+    "offsets",
+    "kind",
+    "face",
+    "body",
+    "medium",
+    "triangle",
+    "position",
+    "light",
+    "crossing_row",
+    "crossing_detector",
+    "crossing_xy",
+    "crossing_angle",
+    "crossing_registered",
+)
 
 
 @pytest.fixture(scope="module")

@@ -124,9 +124,7 @@ def body(shape: Shape, surface: str, medium: str | None = None, **face_surfaces:
     return {"shape": shape, "surface": surface, "medium": medium, "face_surfaces": named}
 
 
-def write_scene(
-    folder: Path, bodies: dict[str, dict[str, Any]], *, name: str = "scene", **sections: Any
-) -> Path:
+def write_scene(folder: Path, bodies: dict[str, dict[str, Any]], *, name: str = "scene", **sections: Any) -> Path:
     """Write a scene file with its geometry; ``sections`` are those of the file."""
     folder.mkdir(parents=True, exist_ok=True)
     described = {}
@@ -157,9 +155,13 @@ def disc_source(
 ) -> dict[str, Any]:
     """A collimated beam."""
     return {
-        "kind": "disc", "flux_w": flux_w, "rgb": list(rgb), "radius_mm": radius,
-        "position_mm": [float(x) for x in position], "direction": [float(x) for x in direction],
-    }  # fmt: skip
+        "kind": "disc",
+        "flux_w": flux_w,
+        "rgb": list(rgb),
+        "radius_mm": radius,
+        "position_mm": [float(x) for x in position],
+        "direction": [float(x) for x in direction],
+    }
 
 
 def rectangle(center: Any, width: float, height: float, **more: Any) -> dict[str, Any]:

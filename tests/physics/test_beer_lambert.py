@@ -90,8 +90,14 @@ def test_coloured_absorption_over_several_media(tmp_path):
     for k, coefficients in enumerate(absorption):
         bodies[f"Slab{k}"] = body(box((-40, -40, 20 * k), (40, 40, 20 * k + THICKNESS_MM)), "polished", f"m{k}")
         media[f"m{k}"] = {"refractive_index": 1.0, "absorption_per_mm": list(coefficients)}
-    h = traced(tmp_path, bodies, rays=200_000, media=media, surfaces=SURFACES,
-               sources={"S": disc_source((0, 0, -5), (0, 0, 1), 1)})  # fmt: skip
+    h = traced(
+        tmp_path,
+        bodies,
+        rays=200_000,
+        media=media,
+        surfaces=SURFACES,
+        sources={"S": disc_source((0, 0, -5), (0, 0, 1), 1)},
+    )
     left = h.kind == EventKind.LEFT
     flux, stderr = h.flux_w(h.per_ray(left, h.light[left]))
     agrees("flux of each band", flux, stderr, np.exp(-absorption.sum(axis=0) * THICKNESS_MM) / 3)
@@ -104,17 +110,27 @@ def test_point_source_in_an_absorbing_ball(tmp_path, optical_depth):
     """
     radius = 25.0
     h = traced(
-        tmp_path, {"Ball": body(ball(radius, 5), "polished", "ink")}, rays=200_000, surfaces=SURFACES,
+        tmp_path,
+        {"Ball": body(ball(radius, 5), "polished", "ink")},
+        rays=200_000,
+        surfaces=SURFACES,
         media={"ink": {"refractive_index": 1.0, "absorption_per_mm": optical_depth / radius}},
         sources={"S": {"kind": "point", "flux_w": 1, "position_mm": [0, 0, 0]}},
-    )  # fmt: skip
+    )
     expected = math.exp(-optical_depth)
-    agrees("transmitted share", (h.kind[h.last] == EventKind.LEFT).mean(),
-           math.sqrt(expected * (1 - expected) / h.n_rays), expected, rounding=2e-4 * optical_depth)  # fmt: skip
+    agrees(
+        "transmitted share",
+        (h.kind[h.last] == EventKind.LEFT).mean(),
+        math.sqrt(expected * (1 - expected) / h.n_rays),
+        expected,
+        rounding=2e-4 * optical_depth,
+    )
 
 
 def exponential_integral_3(x):
-    """E3(x) from the series of E1: M. Abramowitz, I. Stegun: Handbook of Mathematical Functions, eq. 5.1.11 and 5.1.14."""
+    """E3(x) from the series of E1: M. Abramowitz, I. Stegun: Handbook of Mathematical Functions, eq. 5.1.11 and
+    5.1.14.
+    """
     e1 = -np.euler_gamma - math.log(x) - sum((-x) ** k / (k * math.factorial(k)) for k in range(1, 40))
     e2 = math.exp(-x) - x * e1
     return 0.5 * (math.exp(-x) - x * e2)
@@ -131,10 +147,18 @@ def test_lambertian_light_through_a_wide_slab(tmp_path, optical_depth):
     wide = 20 / absorption
     h = traced(
         tmp_path,
-        {"Layer": body(box((-wide, -wide, -1), (wide, wide, THICKNESS_MM)), "polished", "ink"),
-         "Lamp": body(disc(1, 16), "black")},
-        rays=200_000, surfaces=SURFACES, sources={"S": {"kind": "faces", "flux_w": 1, "body": "Lamp"}},
+        {
+            "Layer": body(box((-wide, -wide, -1), (wide, wide, THICKNESS_MM)), "polished", "ink"),
+            "Lamp": body(disc(1, 16), "black"),
+        },
+        rays=200_000,
+        surfaces=SURFACES,
+        sources={"S": {"kind": "faces", "flux_w": 1, "body": "Lamp"}},
         media={"ink": {"refractive_index": 1.0, "absorption_per_mm": absorption}},
-    )  # fmt: skip
-    share_agrees("transmitted share", (h.kind[h.last] == EventKind.LEFT).sum(), h.n_rays,
-                 2 * exponential_integral_3(optical_depth))  # fmt: skip
+    )
+    share_agrees(
+        "transmitted share",
+        (h.kind[h.last] == EventKind.LEFT).sum(),
+        h.n_rays,
+        2 * exponential_integral_3(optical_depth),
+    )

@@ -34,9 +34,12 @@ def test_place_and_angle_of_known_rays(tmp_path):
         sources[f"S{k}"] = disc_source(point - 30 * direction, direction, 1e-9)
         wanted.append((*at, angle if sign > 0 else math.pi - angle))
     h = traced(
-        tmp_path, {}, rays=6_000, sources=sources,
+        tmp_path,
+        {},
+        rays=6_000,
+        sources=sources,
         detectors={"D": rectangle(center, 20, 10, normal=list(normal), x_axis=list(x_axis), side="both")},
-    )  # fmt: skip
+    )
     assert (np.bincount(h.crossing_ray, minlength=h.n_rays) == 1).all()
     wanted = np.array(wanted)[h.ray_source[h.crossing_ray]]
     # a pencil's radius of 1e-9 mm is widened by 1 / cos at most; places are rounded to the grid, angles to 2^-18
@@ -48,15 +51,22 @@ def test_place_and_angle_of_known_rays(tmp_path):
 
 @pytest.mark.parametrize("side", ["front", "back", "both"])
 def test_side_and_acceptance_angle(tmp_path, side):
-    """Light registers on the chosen side up to the largest angle; what isn't registered still crosses, and stays unchanged."""
+    """Light registers on the chosen side up to the largest angle; what isn't registered still crosses, and stays
+    unchanged.
+    """
     degrees = [0, 10, 24.99, 25.01, 60, 89]
     sources = {}
     for k, angle in enumerate(degrees):
         for s, name in ((-1, "front"), (1, "back")):
             direction = np.array([math.sin(math.radians(angle)), 0, s * math.cos(math.radians(angle))])
             sources[f"{name}{k}"] = disc_source(-10 * direction, direction, 1e-6)
-    h = traced(tmp_path, {}, rays=2_400, sources=sources,
-               detectors={"D": rectangle((0, 0, 0), 4, 4, side=side, max_angle_deg=25)})  # fmt: skip
+    h = traced(
+        tmp_path,
+        {},
+        rays=2_400,
+        sources=sources,
+        detectors={"D": rectangle((0, 0, 0), 4, 4, side=side, max_angle_deg=25)},
+    )
     assert len(h.crossing_ray) == h.n_rays
     names = np.array(h.raymap.names.sources)[h.ray_source[h.crossing_ray]]
     expected = {
@@ -71,8 +81,13 @@ def test_side_and_acceptance_angle(tmp_path, side):
 
 def test_only_the_rectangle_catches_light(tmp_path):
     """An even beam over a detector smaller than it: the share of areas, even places, none outside."""
-    h = traced(tmp_path, {}, rays=200_000, sources={"S": disc_source((0.5, 0, 9), (0, 0, -1), 5)},
-               detectors={"D": rectangle((0, 1, 0), 4, 3)})  # fmt: skip
+    h = traced(
+        tmp_path,
+        {},
+        rays=200_000,
+        sources={"S": disc_source((0.5, 0, 9), (0, 0, -1), 5)},
+        detectors={"D": rectangle((0, 1, 0), 4, 3)},
+    )
     share_agrees("share caught", len(h.crossing_ray), h.n_rays, 4 * 3 / (math.pi * 25))
     assert (np.abs(h.crossing_xy) <= [2, 1.5]).all()
     inside = h.position[h.first] - [0, 1, 9]
@@ -85,11 +100,13 @@ def test_crossings_stand_in_the_order_of_the_way(tmp_path):
     """Detectors one behind the other, before and after a mirror: once down, once up, each with its own angle."""
     heights = [5.0, 1.0, 3.0]
     h = traced(
-        tmp_path, {"Mirror": body(box((-50, -50, -1), (50, 50, 0)), "mirror")}, rays=1_000,
+        tmp_path,
+        {"Mirror": body(box((-50, -50, -1), (50, 50, 0)), "mirror")},
+        rays=1_000,
         surfaces={"mirror": {"kind": "mirror", "reflectance": 0.5}},
         sources={"S": disc_source((-6, 0, 10), (0.6, 0, -0.8), 0.1)},
         detectors={f"D{k}": rectangle((0, 0, z), 40, 40, side="both") for k, z in enumerate(heights)},
-    )  # fmt: skip
+    )
     assert h.crossing_detector.reshape(-1, 6).tolist() == [[0, 2, 1, 1, 2, 0]] * h.n_rays
     number = h.number[h.crossing_row].reshape(-1, 6)
     assert (number == [0, 0, 0, 1, 1, 1]).all()
@@ -103,9 +120,10 @@ def test_a_detector_changes_no_ray(tmp_path):
     """Rays with and without a detector on their way have the same events."""
     bodies = {"Plate": body(box((-20, -20, -1), (20, 20, 0)), "white")}
     more = {
-        "rays": 5_000, "surfaces": {"white": {"kind": "lambertian", "reflectance": 0.5}},
+        "rays": 5_000,
+        "surfaces": {"white": {"kind": "lambertian", "reflectance": 0.5}},
         "sources": {"S": {"kind": "point", "flux_w": 1, "position_mm": [0, 0, 10]}},
-    }  # fmt: skip
+    }
     with_detector = traced(tmp_path / "a", bodies, detectors={"D": rectangle((0, 0, 5), 30, 30)}, **more)
     without = traced(tmp_path / "b", bodies, **more)
     assert len(with_detector.crossing_row) > 0
@@ -116,13 +134,17 @@ def test_a_detector_changes_no_ray(tmp_path):
 
 
 def test_acceptance_angle_of_a_lambertian_beam(tmp_path):
-    """From even radiance a share sin²(theta) arrives within theta (E. Hecht: Optics, section 13.1.1; sin² law of Lambert)."""
+    """From even radiance a share sin²(theta) arrives within theta (E. Hecht: Optics, section 13.1.1; sin² law of
+    Lambert).
+    """
     h = traced(
-        tmp_path, {"Lamp": body(box((-400, -400, -1), (400, 400, 0)), "black")}, rays=300_000,
+        tmp_path,
+        {"Lamp": body(box((-400, -400, -1), (400, 400, 0)), "black")},
+        rays=300_000,
         surfaces={"black": {"kind": "absorber"}},
         sources={"S": {"kind": "faces", "flux_w": 1, "body": "Lamp", "faces": ["+z"]}},
         detectors={"D": rectangle((0, 0, 0.5), 200, 200, normal=[0, 0, -1], max_angle_deg=40)},
-    )  # fmt: skip
+    )
     inside = h.crossing_registered.sum()
     share_agrees("share within 40 degrees", inside, len(h.crossing_row), math.sin(math.radians(40)) ** 2)
     expected = 200**2 / 800**2

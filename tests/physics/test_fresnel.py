@@ -42,10 +42,12 @@ def beams_at_interface(folder, n_outside, n_inside, angles_rad, rays, *, from_in
     return traced(
         folder,
         {"Block": body(box((-200, -200, -100), (200, 200, 0)), "black", "glass", plus_z="polished")},
-        rays=rays, sources=sources, ambient="around",
+        rays=rays,
+        sources=sources,
+        ambient="around",
         media={"glass": {"refractive_index": n_inside}, "around": {"refractive_index": n_outside}},
         surfaces={"polished": {"kind": "fresnel"}, "black": {"kind": "absorber"}},
-    )  # fmt: skip
+    )
 
 
 def first_kind(h):
@@ -112,8 +114,12 @@ def test_total_reflection_begins_at_the_critical_angle(tmp_path, n_glass):
     refracted = first_kind(h) == EventKind.FRESNEL_REFRACTION
     assert not refracted[h.ray_source > 0].any()
     below = h.ray_source == 0
-    share_agrees("refracted just below", refracted[below].sum(), below.sum(),
-                 1 - closed_form_reflectance(angles[0], n_glass, 1.0))  # fmt: skip
+    share_agrees(
+        "refracted just below",
+        refracted[below].sum(),
+        below.sum(),
+        1 - closed_form_reflectance(angles[0], n_glass, 1.0),
+    )
 
 
 def diffuse_reflectance(n):
@@ -132,14 +138,15 @@ def diffuse_reflectance(n):
 @pytest.mark.parametrize("n", [1.333, 1.5, 2.0])
 def test_diffuse_reflectance_of_an_interface(tmp_path, n):
     """Lambertian light onto an interface from outside: Walsh's closed form; from inside 1 - (1 - R) / n², because
-    n² dA cos dOmega is conserved in refraction (W. Welford, R. Winston: High Collection Nonimaging Optics, 1989, app. A).
-    The closed form is the integral of Fresnel's reflectance over 2 sin cos: checked here too.
+    n² dA cos dOmega is conserved in refraction (W. Welford, R. Winston: High Collection Nonimaging Optics, 1989, app.
+    A). The closed form is the integral of Fresnel's reflectance over 2 sin cos: checked here too.
     """
     reflected = diffuse_reflectance(n)
     node, weight = np.polynomial.legendre.leggauss(500)
     squared_sine = (node + 1) / 2
     integral = sum(
-        w / 2 * closed_form_reflectance(math.asin(math.sqrt(s)), 1, n) for s, w in zip(squared_sine, weight, strict=True)
+        w / 2 * closed_form_reflectance(math.asin(math.sqrt(s)), 1, n)
+        for s, w in zip(squared_sine, weight, strict=True)
     )
     assert reflected == pytest.approx(integral, abs=1e-5)
 
@@ -148,13 +155,20 @@ def test_diffuse_reflectance_of_an_interface(tmp_path, n):
         lamp = disc(1, 16, up=inside).moved(0, 0, -0.001 if inside else 0.001)
         h = traced(
             tmp_path / str(inside),
-            {"Block": body(box((-200, -200, -100), (200, 200, 0)), "black", "glass", plus_z="polished"),
-             "Lamp": body(lamp, "black")},
-            rays=200_000, sources={"S": {"kind": "faces", "flux_w": 1, "body": "Lamp"}},
+            {
+                "Block": body(box((-200, -200, -100), (200, 200, 0)), "black", "glass", plus_z="polished"),
+                "Lamp": body(lamp, "black"),
+            },
+            rays=200_000,
+            sources={"S": {"kind": "faces", "flux_w": 1, "body": "Lamp"}},
             media={"glass": {"refractive_index": n}},
             surfaces={"polished": {"kind": "fresnel"}, "black": {"kind": "absorber"}},
-        )  # fmt: skip
+        )
         kind = first_kind(h)
         share_agrees("reflected share", (kind == EventKind.FRESNEL_REFLECTION).sum(), h.n_rays, expected)
-        agrees("refracted share", (kind == EventKind.FRESNEL_REFRACTION).mean(),
-               math.sqrt(expected * (1 - expected) / h.n_rays), 1 - expected)  # fmt: skip
+        agrees(
+            "refracted share",
+            (kind == EventKind.FRESNEL_REFRACTION).mean(),
+            math.sqrt(expected * (1 - expected) / h.n_rays),
+            1 - expected,
+        )

@@ -7,7 +7,8 @@ gets f M of it (Labsphere: A Guide to Integrating Sphere Theory and Applications
 Generalized integrating-sphere theory, Appl. Opt. 6 (1967), p. 125).
 
 On a sphere every point sees each area alike; between facets of an icosphere of 20,480 triangles the view factor differs
-from that by a share of the order of (edge / radius)² = 1e-3, and much less for a port that is far from most of the wall.
+from that by a share of the order of (edge / radius)² = 1e-3, and much less for a port that is far from most of the
+wall.
 """
 
 import math
@@ -33,10 +34,13 @@ def sphere_with_port() -> tuple[Shape, float]:
 
 def white_sphere(folder, shape, wall, rays, source=None, **settings):
     return traced(
-        folder, {"Sphere": body(shape, "white", **({"Port": "black"} if len(shape.faces) > 1 else {}))}, rays=rays,
+        folder,
+        {"Sphere": body(shape, "white", **({"Port": "black"} if len(shape.faces) > 1 else {}))},
+        rays=rays,
         surfaces={"white": {"kind": "lambertian", **wall}, "black": {"kind": "absorber"}},
-        sources={"S": source or {"kind": "point", "flux_w": 1, "position_mm": [0, 0, 0]}}, settings=settings,
-    )  # fmt: skip
+        sources={"S": source or {"kind": "point", "flux_w": 1, "position_mm": [0, 0, 0]}},
+        settings=settings,
+    )
 
 
 @pytest.mark.parametrize("roulette_threshold", [0.0, 0.1, 1.0])
@@ -46,8 +50,15 @@ def test_multiplier(tmp_path, reflectance, roulette_threshold):
     shape, f = sphere_with_port()
     multiplier = reflectance / (1 - reflectance * (1 - f))
     down = {"kind": "cone", "flux_w": 3.0, "position_mm": [0, 0, 0], "direction": [0, 0, -1], "half_angle_deg": 60}
-    h = white_sphere(tmp_path, shape, {"reflectance": reflectance}, 30_000, down, max_events=2000,
-                     roulette_threshold=roulette_threshold)  # fmt: skip
+    h = white_sphere(
+        tmp_path,
+        shape,
+        {"reflectance": reflectance},
+        30_000,
+        down,
+        max_events=2000,
+        roulette_threshold=roulette_threshold,
+    )
     assert not np.isin(h.kind, [EventKind.KILLED_DEPTH, EventKind.KILLED_NUMERICAL, EventKind.LEFT]).any()
 
     wall = h.face == h.face_index("Sphere", "Wall")
@@ -70,8 +81,9 @@ def test_hits_in_a_closed_sphere_are_geometric(tmp_path, reflectance):
     """Without a port and with all losses drawn, a ray meets the wall k times with probability rho^(k - 1) (1 - rho),
     1 / (1 - rho) times in the mean: exact for every closed shape, facets and all.
     """
-    h = white_sphere(tmp_path, ball(RADIUS_MM, 3), {"reflectance": reflectance}, 40_000, max_events=5000,
-                     roulette_threshold=1.0)  # fmt: skip
+    h = white_sphere(
+        tmp_path, ball(RADIUS_MM, 3), {"reflectance": reflectance}, 40_000, max_events=5000, roulette_threshold=1.0
+    )
     assert (h.kind[h.last] == EventKind.ABSORPTION).all()
     hits = np.diff(h.offsets) - 1
     agrees("hits a ray", hits.mean(), hits.std() / math.sqrt(len(hits)), 1 / (1 - reflectance))
@@ -88,10 +100,13 @@ def test_translucent_sphere(tmp_path, roulette_threshold):
     reflectance, transmittance = np.array([0.6, 0.3, 0.0]), np.array([0.3, 0.3, 0.8])
     rgb = np.array([0.2, 0.3, 0.5])
     h = white_sphere(
-        tmp_path, ball(RADIUS_MM, 3), {"reflectance": list(reflectance), "transmittance": list(transmittance)}, 100_000,
+        tmp_path,
+        ball(RADIUS_MM, 3),
+        {"reflectance": list(reflectance), "transmittance": list(transmittance)},
+        100_000,
         {"kind": "point", "flux_w": 1, "rgb": list(rgb), "position_mm": [0, 0, 0]},
         roulette_threshold=roulette_threshold,
-    )  # fmt: skip
+    )
     left = h.kind == EventKind.LEFT
     expected = rgb * transmittance / (1 - reflectance)
     agrees("light of each band outside", *h.flux_w(h.per_ray(left, h.light[left])), expected)

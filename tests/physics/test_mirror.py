@@ -20,10 +20,13 @@ def test_law_of_reflection_over_all_angles(tmp_path):
     polar, azimuth = np.radians(np.linspace(0, 89.5, 40)), rng.uniform(0, 2 * math.pi, 40)
     way = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), -np.cos(polar)], axis=1)
     h = traced(
-        tmp_path, {"Mirror": body(box((-200, -200, -10), (200, 200, 0)), "mirror")}, rays=8_000, surfaces=MIRROR,
+        tmp_path,
+        {"Mirror": body(box((-200, -200, -10), (200, 200, 0)), "mirror")},
+        rays=8_000,
+        surfaces=MIRROR,
         sources={f"S{k}": disc_source(-10 * d, d, 0.01) for k, d in enumerate(way)},
         settings={"roulette_threshold": 0},
-    )  # fmt: skip
+    )
     assert (np.diff(h.offsets) == 3).all()
     rows = h.first + 1
     assert (h.kind[rows] == EventKind.SPECULAR_REFLECTION).all()
@@ -45,9 +48,13 @@ def test_corner_of_three_mirrors_returns_light(tmp_path):
     }
     direction = -unit(np.array([1.0, 0.9, 1.2]))
     h = traced(
-        tmp_path, walls, rays=20_000, surfaces=MIRROR, sources={"S": disc_source(-40 * direction, direction, 6)},
+        tmp_path,
+        walls,
+        rays=20_000,
+        surfaces=MIRROR,
+        sources={"S": disc_source(-40 * direction, direction, 6)},
         settings={"roulette_threshold": 0},
-    )  # fmt: skip
+    )
     three = np.diff(h.offsets) == 5
     assert three.mean() > 0.99
     out = h.way[h.last[three]]
@@ -58,17 +65,27 @@ def test_corner_of_three_mirrors_returns_light(tmp_path):
 
 def test_light_pipe_of_mirrors(tmp_path):
     """In a square pipe a ray with the slopes sx, sy meets the walls floor((L |sx| + x) / a) times and so on: unfold the
-    mirrors (W. Cassarly: Uniformity from square light pipes, the kaleidoscope). Its light is the reflectance to that power.
+    mirrors (W. Cassarly: Uniformity from square light pipes, the kaleidoscope). Its light is the reflectance to that
+    power.
     """
     half, length, reflectance = 5.0, 63.0, 0.9
     inside = box((-half, -half, 0), (half, half, length)).inside_out
     h = traced(
-        tmp_path, {"Pipe": body(inside, "mirror", plus_z="black", minus_z="black")}, rays=20_000,
+        tmp_path,
+        {"Pipe": body(inside, "mirror", plus_z="black", minus_z="black")},
+        rays=20_000,
         surfaces={"mirror": {"kind": "mirror", "reflectance": reflectance}, "black": {"kind": "absorber"}},
-        sources={"S": {"kind": "cone", "flux_w": 1, "position_mm": [1.3, -0.7, 1.0], "direction": [0, 0, 1],
-                       "half_angle_deg": 60}},
+        sources={
+            "S": {
+                "kind": "cone",
+                "flux_w": 1,
+                "position_mm": [1.3, -0.7, 1.0],
+                "direction": [0, 0, 1],
+                "half_angle_deg": 60,
+            }
+        },
         settings={"roulette_threshold": 0},
-    )  # fmt: skip
+    )
     way = h.way[h.first + 1]
     slope = way[:, :2] / way[:, 2:]
     unfolded = np.array([1.3, -0.7]) + slope * (length - 1.0)
@@ -91,11 +108,16 @@ def test_two_parallel_mirrors(tmp_path, roulette_threshold):
     direction = np.array([math.sin(angle), 0, math.cos(angle)])
     h = traced(
         tmp_path,
-        {"Low": body(box((-100, -10, -11), (100, 10, -10)), "mirror"), "High": body(box((-100, -10, 0), (100, 10, 1)), "mirror"),
-         "End": body(box((-52.5 + 5 * n, -10, -9.9), (-52 + 5 * n, 10, -0.1)), "black")},
-        rays=60_000, surfaces={"mirror": {"kind": "mirror", "reflectance": list(a)}, "black": {"kind": "absorber"}},
-        sources={"S": disc_source((-52.5, 0, -5), direction, 0.1)}, settings={"roulette_threshold": roulette_threshold},
-    )  # fmt: skip
+        {
+            "Low": body(box((-100, -10, -11), (100, 10, -10)), "mirror"),
+            "High": body(box((-100, -10, 0), (100, 10, 1)), "mirror"),
+            "End": body(box((-52.5 + 5 * n, -10, -9.9), (-52 + 5 * n, 10, -0.1)), "black"),
+        },
+        rays=60_000,
+        surfaces={"mirror": {"kind": "mirror", "reflectance": list(a)}, "black": {"kind": "absorber"}},
+        sources={"S": disc_source((-52.5, 0, -5), direction, 0.1)},
+        settings={"roulette_threshold": roulette_threshold},
+    )
     end = h.on_body("End")
     assert (h.number[end] == n + 1).all()
     agrees("light of each band", *h.flux_w(h.per_ray(end, h.light_before[end])), a**n / 3)

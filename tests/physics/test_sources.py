@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Sources: each sampler against its density by chi-square, and what rays of several sources stand for.
 
-Cumulated densities of places and directions: M. Pharr, W. Jakob, G. Humphreys: Physically Based Rendering, 4th ed., sections
-A.5.1 to A.5.4.
+Cumulated densities of places and directions: M. Pharr, W. Jakob, G. Humphreys: Physically Based Rendering, 4th ed.,
+sections A.5.1 to A.5.4.
 """
 
 import math
@@ -10,8 +10,8 @@ import math
 import numpy as np
 import pytest
 
-from raymaps.sources import source_of_rays
 from raymaps.scene import load_scene
+from raymaps.sources import source_of_rays
 from tests.physics.scenes import (
     agrees,
     ball,
@@ -51,8 +51,13 @@ def azimuths_are_even(what, vectors, x, y):
 
 def test_point_source_is_isotropic(tmp_path):
     """cos(theta) is uniform along every axis, and so is the azimuth; both together."""
-    h = traced(tmp_path, {}, rays=200_000, detectors=FAR,
-               sources={"S": {"kind": "point", "flux_w": 1, "position_mm": [3, 4, 5]}})  # fmt: skip
+    h = traced(
+        tmp_path,
+        {},
+        rays=200_000,
+        detectors=FAR,
+        sources={"S": {"kind": "point", "flux_w": 1, "position_mm": [3, 4, 5]}},
+    )
     d = directions(h)
     assert np.allclose(h.position[h.first], [3, 4, 5], atol=h.raymap.manifest.grid_mm)
     for axis in AXES:
@@ -67,9 +72,21 @@ def test_point_source_is_isotropic(tmp_path):
 @pytest.mark.parametrize("half_angle_deg", [0.5, 10, 90, 150, 180])
 @pytest.mark.parametrize("axis", AXES)
 def test_cone_source_is_uniform_in_solid_angle(tmp_path, axis, half_angle_deg):
-    h = traced(tmp_path, {}, rays=30_000, detectors=FAR, sources={
-        "S": {"kind": "cone", "flux_w": 1, "position_mm": [0, 0, 0], "direction": list(axis), "half_angle_deg": half_angle_deg}
-    })  # fmt: skip
+    h = traced(
+        tmp_path,
+        {},
+        rays=30_000,
+        detectors=FAR,
+        sources={
+            "S": {
+                "kind": "cone",
+                "flux_w": 1,
+                "position_mm": [0, 0, 0],
+                "direction": list(axis),
+                "half_angle_deg": half_angle_deg,
+            }
+        },
+    )
     x, y, z = frame_around(axis)
     d = directions(h)
     # 1 - cos from the sine, which keeps its digits in narrow cones
@@ -94,13 +111,19 @@ def test_disc_source_is_even_and_collimated(tmp_path, axis):
 
 
 def test_faces_emit_by_area_and_by_lamberts_law(tmp_path):
-    """Places are even over all chosen faces: each triangle by its area, and within a triangle in barycentric coordinates;
-    sin² of the angle to the triangle's own outward normal is uniform.
+    """Places are even over all chosen faces: each triangle by its area, and within a triangle in barycentric
+    coordinates; sin² of the angle to the triangle's own outward normal is uniform.
     """
     shape = ball(10, 1)
     stretched = shape._replace(vertices=shape.vertices * [1, 2, 0.3])
-    h = traced(tmp_path, {"Lamp": body(stretched, "black")}, rays=200_000, surfaces=BLACK, detectors=FAR,
-               sources={"S": {"kind": "faces", "flux_w": 1, "body": "Lamp"}})  # fmt: skip
+    h = traced(
+        tmp_path,
+        {"Lamp": body(stretched, "black")},
+        rays=200_000,
+        surfaces=BLACK,
+        detectors=FAR,
+        sources={"S": {"kind": "faces", "flux_w": 1, "body": "Lamp"}},
+    )
     triangle = h.triangle[h.first]
     areas = stretched.areas
     chi_square_agrees("triangles", np.bincount(triangle, minlength=len(areas)), areas / areas.sum() * h.n_rays)
@@ -130,12 +153,20 @@ def test_faces_emit_by_area_and_by_lamberts_law(tmp_path):
     assert cosine.min() > 0
     follows("sin²", 1 - cosine**2)
     along = unit(b - a)
-    follows("azimuth", np.arctan2((d * np.cross(normal, along)).sum(axis=1), (d * along).sum(axis=1)) / (2 * math.pi) + 0.5)
+    follows(
+        "azimuth", np.arctan2((d * np.cross(normal, along)).sum(axis=1), (d * along).sum(axis=1)) / (2 * math.pi) + 0.5
+    )
 
 
 def test_only_chosen_faces_emit(tmp_path):
-    h = traced(tmp_path, {"Lamp": body(box((0, 0, 0), (1, 2, 3)), "black")}, rays=60_000, surfaces=BLACK, detectors=FAR,
-               sources={"S": {"kind": "faces", "flux_w": 1, "body": "Lamp", "faces": ["+x", "+z"]}})  # fmt: skip
+    h = traced(
+        tmp_path,
+        {"Lamp": body(box((0, 0, 0), (1, 2, 3)), "black")},
+        rays=60_000,
+        surfaces=BLACK,
+        detectors=FAR,
+        sources={"S": {"kind": "faces", "flux_w": 1, "body": "Lamp", "faces": ["+x", "+z"]}},
+    )
     face = h.face[h.first]
     x, z = h.face_index("Lamp", "+x"), h.face_index("Lamp", "+z")
     assert np.isin(face, [x, z]).all()
@@ -143,22 +174,27 @@ def test_only_chosen_faces_emit(tmp_path):
 
 
 def test_flat_lamp_gives_the_irradiance_of_its_projected_solid_angle(tmp_path):
-    """On the axis of a Lambertian disc the irradiance is M r² / (r² + h²) (Boyd: Radiometry, 1983, section 2.4): on a small
-    detector of side s it differs by less than (s / h)² = 1e-4.
+    """On the axis of a Lambertian disc the irradiance is M r² / (r² + h²) (Boyd: Radiometry, 1983, section 2.4): on a
+    small detector of side s it differs by less than (s / h)² = 1e-4.
     """
     radius, height, side = 20.0, 10.0, 0.2
     h = traced(
-        tmp_path, {"Lamp": body(disc(radius), "black")}, rays=400_000, surfaces=BLACK,
+        tmp_path,
+        {"Lamp": body(disc(radius), "black")},
+        rays=400_000,
+        surfaces=BLACK,
         detectors={"D": rectangle((0, 0, height), side, side, normal=[0, 0, -1])},
         sources={"S": {"kind": "faces", "flux_w": 1000, "body": "Lamp"}},
-    )  # fmt: skip
+    )
     exitance = 1000 / (math.pi * radius**2)
     expected = exitance * radius**2 / (radius**2 + height**2) * side**2
     agrees("flux", *h.flux_w(h.crossings_per_ray(h.through("D"))), expected, rounding=1e-3)
 
 
 def test_sources_share_rays_by_flux_and_keep_their_watts(tmp_path):
-    """Any run of rays has each source's share to within a few rays; every source's flux is exact whatever its rays are."""
+    """Any run of rays has each source's share to within a few rays; every source's flux is exact whatever its rays
+    are.
+    """
     flux = [1.0, 0.02, 3.0, 0.5, 7.25]
     sources = {
         f"S{k}": {"kind": "point", "flux_w": f, "position_mm": [10.0 * k, 0, 0], "rgb": [k + 1, 2, 3]}

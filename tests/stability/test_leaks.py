@@ -29,10 +29,13 @@ def test_a_closed_white_room_leaks_nothing(tmp_path, shape, scale):
     """A surface-only body that reflects all diffusely; a million hits."""
     room = ball(10, 4) if shape == "sphere" else box((-10, -7, -4), (10, 7, 4)).turned(0.7, (1, 2, 3))
     h = traced(
-        tmp_path, {"Room": body(room.scaled(scale), "white")}, rays=10_000, settings={"max_events": 102},
+        tmp_path,
+        {"Room": body(room.scaled(scale), "white")},
+        rays=10_000,
+        settings={"max_events": 102},
         surfaces={"white": {"kind": "lambertian", "reflectance": 1.0}},
         sources={"S": {"kind": "point", "flux_w": 1, "position_mm": [0.1 * scale, 0.2 * scale, 0.3 * scale]}},
-    )  # fmt: skip
+    )
     hits, counts = losses(f"white {shape} at {scale}", h)
     assert sum(counts.values()) <= 1e-5 * hits
     ledger = energy_ledger(h.raymap)
@@ -48,10 +51,14 @@ def test_glass_loses_no_ray(tmp_path, shape):
     glass["turned cube"] = glass["cube"].turned(0.7, (1, 2, 3))
     position = [0.1, 0.2, 0.3] if shape != "ball" else [9.9, 0, 0]
     h = traced(
-        tmp_path, {"Glass": body(glass[shape], "polished", "glass")}, rays=30_000, settings={"max_events": 62},
-        surfaces={"polished": {"kind": "fresnel"}}, media={"glass": {"refractive_index": 1.7}},
+        tmp_path,
+        {"Glass": body(glass[shape], "polished", "glass")},
+        rays=30_000,
+        settings={"max_events": 62},
+        surfaces={"polished": {"kind": "fresnel"}},
+        media={"glass": {"refractive_index": 1.7}},
         sources={"S": {"kind": "point", "flux_w": 1, "position_mm": position}},
-    )  # fmt: skip
+    )
     hits = int((h.number > 0).sum())
     mismatch, numerical = h.count_kind(EventKind.KILLED_MEDIUM_MISMATCH), h.count_kind(EventKind.KILLED_NUMERICAL)
     # a ray that leaves must be outside, by refraction: one that leaves in glass slipped through
@@ -65,19 +72,26 @@ def test_light_never_starts_by_hitting_where_it_stands(tmp_path):
     but in a corner.
     """
     h = traced(
-        tmp_path, {"Room": body(ball(10, 3), "white")}, rays=20_000, settings={"max_events": 30},
+        tmp_path,
+        {"Room": body(ball(10, 3), "white")},
+        rays=20_000,
+        settings={"max_events": 30},
         surfaces={"white": {"kind": "lambertian", "reflectance": 1.0}},
         sources={"S": {"kind": "faces", "flux_w": 1, "body": "Room"}},
-    )  # fmt: skip
+    )
     # emission is outwards and leaves at once
     assert (np.diff(h.offsets) == 2).all()
     assert (h.kind[h.last] == EventKind.LEFT).all()
 
     inside = traced(
-        tmp_path, {"Room": body(ball(10, 3).inside_out, "white")}, rays=20_000, settings={"max_events": 30}, name="inside",
+        tmp_path,
+        {"Room": body(ball(10, 3).inside_out, "white")},
+        rays=20_000,
+        settings={"max_events": 30},
+        name="inside",
         surfaces={"white": {"kind": "lambertian", "reflectance": 1.0}},
         sources={"S": {"kind": "faces", "flux_w": 1, "body": "Room"}},
-    )  # fmt: skip
+    )
     follows = inside.number > 0
     same = (inside.triangle == np.roll(inside.triangle, 1)) & follows & (inside.kind != EventKind.LEFT)
     assert not same.any()

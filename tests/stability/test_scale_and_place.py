@@ -23,17 +23,27 @@ def lens_and_room(folder, scale=1.0, place=(0.0, 0.0, 0.0)):
 
     return traced(
         folder,
-        {"Lens": body(made(ball(8, 3)), "polished", "glass"), "Core": body(made(ball(3, 2).moved(2, 0, 0)), "polished", "ink"),
-         "Room": body(made(box((-20, -20, -20), (20, 20, 20)).inside_out), "white", plus_z="mirror")},
+        {
+            "Lens": body(made(ball(8, 3)), "polished", "glass"),
+            "Core": body(made(ball(3, 2).moved(2, 0, 0)), "polished", "ink"),
+            "Room": body(made(box((-20, -20, -20), (20, 20, 20)).inside_out), "white", plus_z="mirror"),
+        },
         rays=N_RAYS,
-        media={"glass": {"refractive_index": 1.5, "absorption_per_mm": 0.002 / scale},
-               "ink": {"refractive_index": 1.33, "absorption_per_mm": [0.2 / scale, 0.01 / scale, 0]}},
-        surfaces={"polished": {"kind": "fresnel"}, "mirror": {"kind": "mirror", "reflectance": 0.9},
-                  "white": {"kind": "lambertian", "reflectance": 0.6, "transmittance": 0.2}},
-        sources={"Beam": disc_source(at(0, 0, 15), (0.1, 0, -1), 5 * scale),
-                 "Lamp": {"kind": "faces", "flux_w": 1, "body": "Room", "faces": ["+x"]}},
+        media={
+            "glass": {"refractive_index": 1.5, "absorption_per_mm": 0.002 / scale},
+            "ink": {"refractive_index": 1.33, "absorption_per_mm": [0.2 / scale, 0.01 / scale, 0]},
+        },
+        surfaces={
+            "polished": {"kind": "fresnel"},
+            "mirror": {"kind": "mirror", "reflectance": 0.9},
+            "white": {"kind": "lambertian", "reflectance": 0.6, "transmittance": 0.2},
+        },
+        sources={
+            "Beam": disc_source(at(0, 0, 15), (0.1, 0, -1), 5 * scale),
+            "Lamp": {"kind": "faces", "flux_w": 1, "body": "Room", "faces": ["+x"]},
+        },
         detectors={"D": rectangle(at(0, 0, -12), 20 * scale, 20 * scale, side="both")},
-    )  # fmt: skip
+    )
 
 
 def path_of_rays(h):
@@ -57,8 +67,9 @@ def plain(tmp_path_factory):
     ids=["smaller", "larger", "far away", "odd", "small and far"],
 )
 def test_scale_and_place_change_nothing(tmp_path, plain, scale, place):
-    """Places in the moved scenes are a hundred thousand sizes away: float64 keeps eleven digits of the size. The shares of
-    all common paths agree within five standard errors, in fact nearly every ray has the same path; the ledger too.
+    """Places in the moved scenes are a hundred thousand sizes away: float64 keeps eleven digits of the size. The
+    shares of all common paths agree within five standard errors, in fact nearly every ray has the same path; the
+    ledger too.
     """
     h = lens_and_room(tmp_path, scale, place)
     ours, theirs = path_of_rays(h), path_of_rays(plain)
