@@ -21,16 +21,23 @@ def active_study():
 
 
 class Transaction:
-    """One step of undo; taken back as a whole if anything in it fails."""
+    """One step of undo; taken back as a whole if anything in it fails.
+
+    Within a step that is open already, such as that of a sketch being edited, it is a part of that one.
+    """
 
     def __init__(self, document, name):
         self._document, self._name = document, name
+        self._is_part = bool(getattr(document, "HasPendingTransaction", False))
 
     def __enter__(self):
-        self._document.openTransaction(self._name)
+        if not self._is_part:
+            self._document.openTransaction(self._name)
         return self._document
 
     def __exit__(self, kind, value, traceback):
+        if self._is_part:
+            return False
         if kind is None:
             self._document.commitTransaction()
         else:

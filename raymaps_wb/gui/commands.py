@@ -198,7 +198,7 @@ class Report(StudyCommand):
         from raymaps_wb.gui import dock
 
         panel = dock.show()
-        if not panel.report.toPlainText().strip():
+        if not panel.report_page:
             panel.apply()
             return
         path, _ = QtWidgets.QFileDialog.getSaveFileName(
@@ -206,7 +206,7 @@ class Report(StudyCommand):
         )
         if path:
             with open(path, "w", encoding="utf-8") as file:
-                file.write(panel.report.toHtml())
+                file.write(panel.report_page)
 
 
 class Export(StudyCommand):

@@ -10,7 +10,7 @@ from raymaps_wb.gui import examples, observer, report
 from raymaps_wb.gui.active import active_study
 from raymaps_wb.gui.session import StudySession
 from raymaps_wb.objects.result import result_of
-from raymaps_wb.objects.study import study_of
+from raymaps_wb.objects.study import studies, study_of
 from raymaps_wb.paths import icon
 from raymaps_wb.tracer.trace import CANCELLED, DONE
 
@@ -24,7 +24,7 @@ class RayMapsDock(QtWidgets.QDockWidget):
     def __init__(self, parent):
         super().__init__(translate("Ray Maps"), parent)
         self.setObjectName(NAME)
-        self.sessions, self._session = {}, None
+        self.sessions, self._session, self.report_page = {}, None, ""
         body = QtWidgets.QWidget()
         layout = QtWidgets.QVBoxLayout(body)
         layout.setContentsMargins(8, 6, 8, 6)
@@ -48,7 +48,10 @@ class RayMapsDock(QtWidgets.QDockWidget):
         layout.addWidget(self.report, 1)
         self.setWidget(body)
         self.setMinimumWidth(330)
-        observer.install().checked.connect(self._document_checked)
+        watched = observer.install()
+        watched.checked.connect(self._document_checked)
+        watched.activated.connect(self._document_activated)
+        watched.closed.connect(self._document_closed)
         self.refresh()
 
     def _run_row(self):
@@ -108,9 +111,7 @@ class RayMapsDock(QtWidgets.QDockWidget):
             self._fill_criteria(study, result)
             if result is not None:
                 self.max_rays.setValue(result.MaxRays)
-            for label in (self.error, self.counts, self.status):
-                label.setText("")
-            self.report.clear()
+            self._clear()
         self.refresh()
         return session
 
@@ -156,9 +157,38 @@ class RayMapsDock(QtWidgets.QDockWidget):
             self.progress.setValue(0)
 
     def _document_checked(self, name):
-        study = self.study()
-        if study is None or study.Document.Name == name:
-            self.refresh()
+        """A document changed: its study may be new, stale, or gone."""
+        for key, session in list(self.sessions.items()):
+            if key[0] == name and session.study() is None:
+                self._drop(key)
+        if self.study() is None and active_study() is not None:
+            self.show_study(active_study())
+        self.refresh()
+
+    def _document_activated(self, name):
+        found = studies(FreeCAD.getDocument(name)) if name in FreeCAD.listDocuments() else []
+        shown = self.study()
+        if found and (shown is None or shown.Document.Name != name):
+            self.show_study(found[0])
+
+    def _document_closed(self, name):
+        for key in [key for key in self.sessions if key[0] == name]:
+            self._drop(key)
+        self.refresh()
+
+    def _drop(self, key):
+        """End what goes on with a study that is gone."""
+        session = self.sessions.pop(key)
+        session.close()
+        if session is self._session:
+            self._session = None
+            self._clear()
+
+    def _clear(self):
+        for label in (self.error, self.counts, self.status):
+            label.setText("")
+        self.report.clear()
+        self.report_page = ""
 
     # -- run ----------------------------------------------------------------------------------------------------------
 
@@ -237,6 +267,7 @@ class RayMapsDock(QtWidgets.QDockWidget):
 
     def _reported(self, answer):
         self.report.setHtml(report.html(answer))
+        self.report_page = str(answer.get("html", ""))
 
     def _refused(self, text):
         self.error.setText(text)

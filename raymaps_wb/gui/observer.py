@@ -15,10 +15,12 @@ NAME = "RayMapsObserver"
 class DocumentObserver(QtCore.QObject):
     """Collects the documents that changed and looks at them a moment later.
 
-    Signal: ``checked(document name)``.
+    Signals: ``checked(document name)``; ``activated(document name)``; ``closed(document name)``.
     """
 
     checked = QtCore.Signal(str)
+    activated = QtCore.Signal(str)
+    closed = QtCore.Signal(str)
 
     def __init__(self, parent):
         super().__init__(parent)
@@ -54,6 +56,10 @@ class DocumentObserver(QtCore.QObject):
     def slotDeletedDocument(self, document):
         self._changed.discard(document.Name)
         self._measures.pop(document.Name, None)
+        self.closed.emit(document.Name)
+
+    def slotActivateDocument(self, document):
+        self.activated.emit(document.Name)
 
     def _note(self, document):
         self._changed.add(document.Name)

@@ -152,8 +152,10 @@ class StudySession(QtCore.QObject):
         self._server_of_result().ask("info", {}, on_result, self.refused.emit)
 
     def close(self):
-        """End all processes."""
-        self.cancel()
+        """End all processes; nothing of a run that goes on becomes a result."""
+        if self._run is not None:
+            self._run.ended.disconnect(self._ended)
+            self._run.cancel()
         self._close_server()
         self._scratch.cleanup()
 

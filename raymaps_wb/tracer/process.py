@@ -85,6 +85,6 @@ class LineProcess(QtCore.QObject):
 
 
 def last_sentence(text):
-    """The last line of an error output that says something."""
+    """The last line of an error output that says something, without the name of the command before it."""
     lines = [line.strip() for line in text.splitlines() if line.strip()]
-    return lines[-1][:500] if lines else ""
+    return lines[-1].removeprefix("raymaps: ")[:500] if lines else ""

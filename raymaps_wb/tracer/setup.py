@@ -62,7 +62,7 @@ def set_up_commands(folder=None, uv=None, python=None):
             ),
             ("Trying the packages", check),
         ]
-    pip = [inside, "-I", "-m", "pip", "install", "--disable-pip-version-check", "--no-input"]
+    pip = [inside, "-I", "-m", "pip", "install", "--disable-pip-version-check", "--no-input", "--progress-bar", "off"]
     return [
         ("Making the environment", [python or "python3", "-I", "-m", "venv", "--clear", folder]),
         ("Installing the packages", [*pip, "--require-hashes", "--only-binary", ":all:", "-r", LOCK_FILE]),

@@ -66,6 +66,16 @@ class DocumentsTest(DocumentTest):
             raise ValueError
         self.assertEqual(studies(self.document), [])
 
+    def test_a_step_within_an_open_step_is_a_part_of_it(self):
+        self.document.openTransaction("a sketch being edited")
+        box = self.box()
+        with Transaction(self.document, "result"):
+            make_study(self.document)
+        self.assertTrue(self.document.HasPendingTransaction)
+        self.document.abortTransaction()
+        self.assertEqual(self.document.Objects, [])
+        self.assertIsNotNone(box)
+
     def test_every_change_that_matters_makes_a_result_stale(self):
         study, lens, plate = self.full_study()
         source, detector = members(study, "RayMaps::Source")[0], members(study, "RayMaps::Detector")[0]

@@ -20,6 +20,15 @@ from raymaps_wb.tracer.trace import CANCELLED, DONE, FAILED
 MANY_RAYS = 5_000_000
 
 
+def is_alive(number):
+    """Whether a child process runs; one that ended and was not waited for does not."""
+    try:
+        with open(f"/proc/{number}/stat") as file:
+            return file.read().rsplit(")", 1)[1].split()[0] != "Z"
+    except OSError:
+        return False
+
+
 class RunTest(WindowTest):
     def start(self, study):
         """Start a run and wait for its first progress."""
@@ -149,6 +158,23 @@ class RunTest(WindowTest):
         study.Rays = 1000
         self.run_to_the_end(study)
 
+    def test_closing_a_document_ends_its_run(self):
+        study = self.open_example("singlet_barrel", rays=MANY_RAYS)
+        session, outcomes = self.start(study)
+        number = session.run_process_id()
+        FreeCAD.closeDocument(study.Document.Name)
+        self.assertTrue(wait_until(lambda: not is_alive(number), 10))
+        self.assertEqual(outcomes, [])
+        self.assertIsNot(self.panel._session, session)
+
+    def test_the_panel_follows_the_active_document(self):
+        first, second = self.open_example("singlet_barrel"), self.open_example("led_collimator")
+        self.assertIs(self.panel.study(), second)
+        FreeCAD.setActiveDocument(first.Document.Name)
+        self.assertTrue(wait_until(lambda: self.panel.study() is first, 3))
+        self.assertIn("singlet_barrel", self.panel.title.text())
+        self.assertIn("from(Stray)", [self.panel.criterion.itemText(i) for i in range(self.panel.criterion.count())])
+
     def test_a_reader_that_dies_is_started_again(self):
         study = self.open_example("singlet_barrel", rays=2000)
         self.run_to_the_end(study)
@@ -161,7 +187,9 @@ class RunTest(WindowTest):
     def test_an_interpreter_that_is_no_tracer(self):
         study = self.open_example("singlet_barrel", rays=1000)
         before = os.environ.get(OVERRIDE)
-        self.addCleanup(lambda: os.environ.pop(OVERRIDE, None) if before is None else os.environ.update({OVERRIDE: before}))
+        self.addCleanup(
+            lambda: os.environ.pop(OVERRIDE, None) if before is None else os.environ.update({OVERRIDE: before})
+        )
         os.environ[OVERRIDE] = "/bin/false"
         self.assertEqual(self.run_study(study).state, FAILED)
         self.assertIn("exit code 1", self.panel.status.text())
