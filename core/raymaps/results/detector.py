@@ -240,7 +240,7 @@ def evaluate_detector(
             f"The region lies outside detector '{name}', which reaches {detector.width_mm / 2:g} mm along x and "
             f"{detector.height_mm / 2:g} mm along y from its centre."
         )
-    sums = sum_cells(
+    sums, n_rays, n_crossings = sum_cells(
         ray_map,
         names.detectors.index(name),
         resolution,
@@ -272,8 +272,8 @@ def evaluate_detector(
         criterion=None if criterion is None or isinstance(criterion, Everything) else format_criterion(criterion),
         area=area,
         area_mm2=area_mm2,
-        rays=sums.n_rays,
-        crossings=sums.n_crossings,
+        rays=n_rays,
+        crossings=n_crossings,
         cell_area_mm2=cell_area_mm2,
         **figures,
     )
