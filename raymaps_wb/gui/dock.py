@@ -216,6 +216,8 @@ class RayMapsDock(QtWidgets.QDockWidget):
 
     def _progressed(self, rays, of, remaining_s):
         self.progress.setValue(int(1000 * rays / of) if of else 0)
+        if not rays and self.status.text():
+            return  # what the tracer says while it gets ready is worth more than a zero
         left = f", about {_duration(remaining_s)} left" if remaining_s else ""
         self._say(f"{_count(rays)} of {_count(of)} rays{left}")
 
@@ -250,6 +252,7 @@ class RayMapsDock(QtWidgets.QDockWidget):
         self.error.setText("")
         try:
             self._session.ask(self.criterion.currentText(), self.max_rays.value())
+            self.counts.setText(translate("<i>asking ...</i>"))
         except WorkbenchError as error:
             self._refused(str(error))
 
@@ -271,6 +274,7 @@ class RayMapsDock(QtWidgets.QDockWidget):
 
     def _refused(self, text):
         self.error.setText(text)
+        self.counts.setText("")
 
     def close_sessions(self):
         """End all processes; the main window calls this when it closes."""

@@ -24,6 +24,8 @@ class ObjectPanel:
         self.form.setWindowTitle(self.TITLE or obj.Label)
         self.form.setWindowIcon(QtGui.QIcon(icon(self.ICON)))
         self.layout = QtWidgets.QFormLayout(self.form)
+        self.layout.setRowWrapPolicy(QtWidgets.QFormLayout.WrapLongRows)  # FreeCAD's task view may be narrow
+        self.layout.setFieldGrowthPolicy(QtWidgets.QFormLayout.AllNonFixedFieldsGrow)
         self._name = QtWidgets.QLineEdit(obj.Label)
         self.layout.addRow(translate("Name"), self._name)
         self.editors: dict[str, Any] = {}

@@ -93,6 +93,7 @@ class ReferencesEditor:
         for text, action in ((translate("Add selection"), self._add), (translate("Remove"), self._remove)):
             button = QtWidgets.QPushButton(text)
             button.clicked.connect(action)
+            button.setMinimumWidth(60)
             buttons.addWidget(button)
         self._show()
 

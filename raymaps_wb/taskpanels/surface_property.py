@@ -21,12 +21,16 @@ class SurfacePropertyPanel(ObjectPanel):
         weights = dict(zip([part.Name for part in self.obj.Parts], self.obj.Weights, strict=False))
         self._table = QtWidgets.QTableWidget(len(self._others), 2)
         self._table.setHorizontalHeaderLabels([translate("Property"), translate("Weight")])
+        self._table.setToolTip(translate("The share of the light that meets each property; the weights add up to 1"))
         self._table.verticalHeader().hide()
+        self._table.horizontalHeader().setSectionResizeMode(0, QtWidgets.QHeaderView.Stretch)
+        self._table.horizontalHeader().setSectionResizeMode(1, QtWidgets.QHeaderView.ResizeToContents)
+        self._table.setMinimumWidth(150)
         self._table.setMaximumHeight(150)
         for row, other in enumerate(self._others):
             self._table.setItem(row, 0, QtWidgets.QTableWidgetItem(other.Label))
             self._table.setItem(row, 1, QtWidgets.QTableWidgetItem(f"{weights.get(other.Name, 0.0):.6g}"))
-        self._table_label = QtWidgets.QLabel(translate("Mixture (weights add up to 1)"))
+        self._table_label = QtWidgets.QLabel(translate("Mixture of"))
         self.layout.insertRow(2, self._table_label, self._table)
 
     def show_for_kind(self, kind):
