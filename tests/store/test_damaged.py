@@ -169,7 +169,8 @@ SUMMARY_CHANGES = [
     {"rays_of_source__0": lambda n: n - 1}, {"rays_of_source": [50, 50]}, {"rays_of_source": []},
     {"content__0": "0" * 16}, {"content__1": lambda word: word[::-1]}, {"content": []},
     {"ledger__0__light": lambda light: light * 1.01}, {"ledger": []}, {"ledger__0__what": "nowhere"},
-    {"ledger__0__index": 77}, {"ledger__0__source": 5}, {"file_bytes__events.parquet": lambda n: n + 1}, {"file_bytes": {}},
+    {"ledger__0__index": 77}, {"ledger__0__source": 5},
+    {"file_bytes__events.parquet": lambda n: n + 1}, {"file_bytes": {}},
 ]  # fmt: skip
 
 

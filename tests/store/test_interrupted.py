@@ -280,7 +280,7 @@ def test_two_runs_on_one_map_are_refused(room, whole, tmp_path, first_rays):
         second = raymaps("trace", room, "-o", path, "--rays", RAYS, "--resume")
         process.send_signal(signal.SIGCONT)
     finally:
-        out, error = process.communicate(timeout=60)
+        error = process.communicate(timeout=60)[1]
     assert second.returncode == 3, second.stderr
     assert "another run" in second.stderr
     assert len(second.stderr.strip().splitlines()) == 1
