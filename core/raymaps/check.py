@@ -16,6 +16,7 @@ from raymaps.materials import Mixture
 from raymaps.results.ledger import energy_ledger
 from raymaps.scene import Scene, load_scene
 from raymaps.store import RayMap
+from raymaps.store.columns import REMEDY
 
 __all__ = ["Finding", "check", "check_map", "check_scene"]
 
@@ -82,32 +83,44 @@ def _unused(scene: Scene) -> Iterator[Finding]:
 
 
 def check_map(path: str | Path) -> tuple[Finding, ...]:
-    """Findings about a map: reads all of it, verifies the checksums and the content hash."""
+    """Findings about a map: reads all of it, verifies the checksums and the hashes of its scene and of its rays."""
     try:
         raymap = RayMap.open(path)
-        raymap.scene  # noqa: B018  opened here so that a damaged scene is told
-        raymap.meshes  # noqa: B018
     except RayMapsError as error:
         return (Finding(str(error), is_fault=True),)
-    return tuple(_map_findings(raymap))
+    return (*_scene_findings(raymap), *_portion_findings(raymap), *_map_findings(raymap))
 
 
-def _map_findings(raymap: RayMap) -> Iterator[Finding]:
+def _scene_findings(raymap: RayMap) -> Iterator[Finding]:
+    try:
+        scene_hash = compile_scene(raymap.scene).scene_hash
+    except RayMapsError as error:
+        yield Finding(str(error), is_fault=True)
+        return
+    if scene_hash != raymap.manifest.scene_hash:
+        yield Finding(
+            f"Ray Map '{raymap.path}': scene.json or its geometry is not what was simulated; trace the scene again.",
+            is_fault=True,
+        )
+
+
+def _portion_findings(raymap: RayMap) -> Iterator[Finding]:
     for portion in raymap.portions:
         try:
-            sound = portion.content() == portion.summary.content
+            damaged = portion.damaged_files()
+            if not damaged and portion.content() != portion.summary.content:
+                damaged = ("portion.json",)
         except RayMapsError as error:
             yield Finding(str(error), is_fault=True)
             continue
-        except (IndexError, ValueError):
-            sound = False
-        if not sound:
-            yield Finding(
-                f"Ray Map portion '{portion.folder}': what is stored is not what was written; delete the folder "
-                "and trace with --resume to make it anew.",
-                is_fault=True,
-            )
+        for name in damaged:
+            yield Finding(f"Ray Map file '{portion.folder / name}' is not what was written; {REMEDY}.", is_fault=True)
         portion.forget()
+
+
+def _map_findings(raymap: RayMap) -> Iterator[Finding]:
+    if any(finding.is_fault for finding in _scene_findings(raymap)):
+        return  # without its scene a map has no watts
     asked, present = raymap.manifest.rays_asked, raymap.n_rays
     if present < asked:
         yield Finding(f"The map holds {present} of {asked} rays: the run was interrupted; go on with --resume.")

@@ -31,6 +31,8 @@ __all__ = ["CompiledScene", "Frame", "Tables", "compile_scene"]
 
 #: Name of the medium outside all bodies where a scene names none.
 VACUUM_NAME = "vacuum"
+#: Points of a body's surface at which it is asked which other bodies enclose it.
+PROBES = 32
 
 
 class Frame(NamedTuple):
@@ -203,20 +205,29 @@ def _media_outside(scene: Scene, meshes: tuple[BodyMesh, ...], names: Names) -> 
     """Medium around each body: that of the smallest body with a medium that it stands in, else the ambient one."""
     result = []
     for i, mesh in enumerate(meshes):
-        point = mesh.corners_mm[np.argmax(~mesh.degenerate)].mean(axis=0)
-        result.append(_medium_at(scene, point, meshes, names, skip=i))
+        sound = np.flatnonzero(~mesh.degenerate)
+        spread = sound[np.linspace(0, len(sound) - 1, min(len(sound), PROBES)).astype(np.int64)]
+        result.append(_medium_at(scene, mesh.corners_mm[spread].mean(axis=1), meshes, names, skip=i))
     return tuple(result)
 
 
 def _medium_at(
-    scene: Scene, point_mm: NDArray[np.float64], meshes: tuple[BodyMesh, ...], names: Names, skip: int | None = None
+    scene: Scene, points_mm: NDArray[np.float64], meshes: tuple[BodyMesh, ...], names: Names, skip: int | None = None
 ) -> int:
+    """Medium of the smallest body with a medium that encloses most of the points, (n_points, 3), else the ambient one.
+
+    Points on a body's surface, where bodies touch, don't count.
+    """
     best, best_volume = _ambient_index(scene, names), math.inf
     for i, (mesh, body) in enumerate(zip(meshes, scene.bodies.values(), strict=True)):
         if i == skip or body.medium is None or mesh.volume_mm3 >= best_volume:
             continue
-        inside_box = ((point_mm >= mesh.vertices_mm.min(axis=0)) & (point_mm <= mesh.vertices_mm.max(axis=0))).all()
-        if inside_box and winding_number(mesh.corners_mm, point_mm) > 0.5:
+        low, high = mesh.vertices_mm.min(axis=0), mesh.vertices_mm.max(axis=0)
+        if not ((points_mm >= low) & (points_mm <= high)).all(axis=1).any():
+            continue
+        winding = np.array([winding_number(mesh.corners_mm, point) for point in points_mm])
+        clear = np.abs(winding - np.round(winding)) < 0.05
+        if clear.any() and np.median(winding[clear]) > 0.5:
             best, best_volume = names.media.index(body.medium), mesh.volume_mm3
     return best
 
@@ -227,18 +238,23 @@ def _medium_of_source(
     source = scene.sources[name]
     if isinstance(source, FacesSource):
         body = names.bodies.index(source.body)
-        meshes[body].face_indices(source.faces, f"Source '{name}'")
+        emitting = np.isin(meshes[body].triangle_face, meshes[body].face_indices(source.faces, f"Source '{name}'"))
+        if meshes[body].degenerate[emitting].all():
+            faces = ", ".join(source.faces or meshes[body].face_names)
+            raise SceneError(
+                f"Source '{name}': the faces '{faces}' of body '{source.body}' are to emit but have no area."
+            )
         return outside[body]
     point = np.array(source.position_mm)
     for mesh, body_ in zip(meshes, scene.bodies.values(), strict=True):
-        surfaces = {body_.surface, *body_.face_surfaces.values()}
+        surfaces = {body_.face_surfaces.get(face, body_.surface) for face in mesh.face_names}
         black = all(scene.surfaces[s].kind == "absorber" for s in surfaces)
         if body_.medium is None and black and mesh.is_closed and abs(winding_number(mesh.corners_mm, point)) > 0.5:
             raise SceneError(
                 f"Source '{name}' lies inside body '{mesh.name}', which absorbs all light: move the source out of the "
                 "body, or give the body a medium or another surface."
             )
-    return _medium_at(scene, point, meshes, names)
+    return _medium_at(scene, point[None, :], meshes, names)
 
 
 def _tables(

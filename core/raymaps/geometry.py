@@ -7,9 +7,11 @@ A mesh keeps its triangles in the order of the file, so that CAD faces are runs 
 from __future__ import annotations
 
 import hashlib
+import os
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,9 +125,11 @@ def load_bodies(scene: Scene) -> tuple[BodyMesh, ...]:
 
 
 def _load_body(folder: Path, name: str, body: Body) -> BodyMesh:
-    where = f"Body '{name}', geometry '{body.geometry.file}'"
+    file = body.geometry.file
+    where = f"Body '{name}', geometry '{file if len(file) <= 100 else file[:99] + '…'}'"
     parts = _read_parts(folder / body.geometry.file, where)
-    vertices = np.concatenate([vertices for _, vertices, _ in parts]) * body.geometry.mm_per_unit
+    with np.errstate(over="ignore"):
+        vertices = np.concatenate([vertices for _, vertices, _ in parts]) * body.geometry.mm_per_unit
     starts = np.cumsum([0, *(len(vertices) for _, vertices, _ in parts[:-1])])
     triangles = np.concatenate([faces + start for (_, _, faces), start in zip(parts, starts, strict=True)])
     if not len(triangles):
@@ -170,23 +174,37 @@ def _read_parts(path: Path, where: str) -> list[tuple[str, NDArray[np.float64], 
 
     if path.suffix.lower() not in FORMATS:
         raise SceneError(f"{where}: '{path.suffix}' is not a geometry format that is read; use {', '.join(FORMATS)}.")
-    if not path.is_file():
-        raise SceneError(f"{where}: there is no file '{path}'.")
+    if not os.path.isfile(path):
+        raise SceneError(f"{where}: there is no file of that name in '{path.parent}'.")
+    is_obj = path.suffix.lower() == ".obj"
+    options = {"split_objects": True, "group_material": False} if is_obj else {}
     try:
-        loaded = trimesh.load_scene(path, process=False)
-        meshes = loaded.dump(concatenate=False)
-    except Exception as error:  # trimesh's readers raise whatever they stumble over
+        loaded = trimesh.load_scene(path, process=False, **options)
+        placed = [
+            (str(name), loaded.geometry[name].copy().apply_transform(loaded.graph[node][0]))
+            for name, nodes in _nodes_in_order(loaded, is_obj).items()
+            for node in nodes
+            if isinstance(loaded.geometry[name], trimesh.Trimesh)
+        ]
+    except Exception as error:  # noqa: BLE001  trimesh's readers raise whatever they stumble over
         raise SceneError(
             f"{where}: the file is damaged or not {path.suffix[1:].upper()} ({_one_line(error)})."
         ) from error
-    parts = []
-    for mesh in meshes if isinstance(meshes, list) else [meshes]:
-        if isinstance(mesh, trimesh.Trimesh):
-            name = str(mesh.metadata.get("name") or "")
-            parts.append((name, np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)))
+    parts = [(name, np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)) for name, mesh in placed]
     if not parts:
         raise SceneError(f"{where}: it holds no triangles; export the body again.")
     return parts
+
+
+def _nodes_in_order(loaded: Any, is_obj: bool) -> dict[str, list[str]]:
+    """Where each sub-mesh of a loaded file stands, in the order of the file."""
+    names = list(loaded.geometry)
+    if is_obj:
+        names.reverse()  # trimesh takes the objects of an OBJ file from the end
+    nodes: dict[str, list[str]] = {name: [] for name in names}
+    for node in sorted(loaded.graph.nodes_geometry):
+        nodes[loaded.graph[node][1]].append(node)
+    return nodes
 
 
 def _face_groups(
@@ -220,7 +238,7 @@ def winding_number(corners: NDArray[np.float64], point: NDArray[np.float64]) -> 
 
     Returns
     -------
-    float; 0.5 on a flat face.
+    float; 0.5 on a flat face, less on an edge or a corner.
 
     References
     ----------
@@ -235,7 +253,8 @@ def winding_number(corners: NDArray[np.float64], point: NDArray[np.float64]) -> 
         + np.einsum("ij,ij->i", b, c) * la
         + np.einsum("ij,ij->i", c, a) * lb
     )
-    return float(2 * np.arctan2(numerator, denominator).sum() / (4 * np.pi))
+    in_plane = np.abs(numerator) <= 1e-14 * la * lb * lc  # seen edge-on: no solid angle
+    return float(2 * np.where(in_plane, 0.0, np.arctan2(numerator, denominator)).sum() / (4 * np.pi))
 
 
 def write_ply(path: Path, mesh: BodyMesh) -> None:

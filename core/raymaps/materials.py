@@ -9,18 +9,20 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, Strict, model_validator
 
 __all__ = [
     "VACUUM",
     "Absorber",
     "FresnelInterface",
+    "Integer",
     "Lambertian",
     "Medium",
     "Mirror",
     "Mixture",
     "MixturePart",
     "Name",
+    "Number",
     "Record",
     "Rgb",
     "SurfaceProperty",
@@ -48,17 +50,21 @@ def _as_three(value: Any) -> Any:
 
 Name = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_checked_name)]
 
+#: A finite number: neither text that looks like one, nor true or false.
+Number = Annotated[float, Strict()]
+Integer = Annotated[int, Strict()]
+
 #: A value for each of the bands red, green, blue; a single number stands for all three.
 Rgb = Annotated[
-    tuple[float, float, float],
-    BeforeValidator(_as_three, json_schema_input_type=float | tuple[float, float, float]),
+    tuple[Number, Number, Number],
+    BeforeValidator(_as_three, json_schema_input_type=Number | tuple[Number, Number, Number]),
 ]
-Share = Annotated[float, Field(ge=0, le=1)]
+Share = Annotated[Number, Field(ge=0, le=1)]
 RgbShare = Annotated[
     tuple[Share, Share, Share],
     BeforeValidator(_as_three, json_schema_input_type=Share | tuple[Share, Share, Share]),
 ]
-NonNegative = Annotated[float, Field(ge=0)]
+NonNegative = Annotated[Number, Field(ge=0)]
 RgbNonNegative = Annotated[
     tuple[NonNegative, NonNegative, NonNegative],
     BeforeValidator(_as_three, json_schema_input_type=NonNegative | tuple[NonNegative, NonNegative, NonNegative]),
@@ -71,7 +77,7 @@ class Medium(Record):
     ``absorption_per_mm`` is the coefficient a of Beer-Lambert's law: a share exp(-a d) of the light is left after d mm.
     """
 
-    refractive_index: float = Field(gt=0, le=10, description="Real refractive index, the same for the three bands.")
+    refractive_index: Number = Field(gt=0, le=10, description="Real refractive index, the same for the three bands.")
     absorption_per_mm: RgbNonNegative = Field(
         (0.0, 0.0, 0.0), description="Absorption coefficient in 1/mm: one number, or one for each of r, g, b."
     )

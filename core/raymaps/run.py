@@ -11,7 +11,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from pathlib import Path
 
-from raymaps.errors import Interrupted, MapError, OutputError
+from raymaps.errors import Interrupted, MapError, OutputError, TraceError
 from raymaps.scene import Scene, load_scene
 from raymaps.store import Manifest, MapWriter, RayMap
 from raymaps.traced import FaceIndex
@@ -86,11 +86,17 @@ def simulate(
     started = time.monotonic()
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
     path = Path(path)
-    if path.exists() and not resume:
+    _check_numbers(
+        rays=(rays, 1, 10**12),
+        seed=(seed, 0, 2**64 - 1),
+        threads=(threads, 1, 1024),
+        portion_rays=(portion_rays, 1, 10**7),
+    )
+    if os.path.lexists(path) and not resume:
         raise OutputError(f"'{path}' exists already: name another output, delete it, or go on with it by --resume.")
     compiled = compile_scene(scene)
-    n_rays = rays or scene.settings.rays
-    if path.exists():
+    n_rays = scene.settings.rays if rays is None else rays
+    if os.path.lexists(path):
         manifest = _resumable(Manifest.read(path), path, compiled.scene_hash, seed)
     else:
         manifest = Manifest(
@@ -134,6 +140,12 @@ def simulate(
     if stored < total:
         raise Interrupted(f"Stopped after {stored} of {total} rays; go on with --resume.")
     return RayMap.open(path)
+
+
+def _check_numbers(**limits: tuple[int | None, int, int]) -> None:
+    for name, (value, lowest, highest) in limits.items():
+        if value is not None and not lowest <= value <= highest:
+            raise TraceError(f"{name} must be from {lowest} to {highest}, got {value}.")
 
 
 def _resumable(manifest: Manifest, path: Path, scene_hash: str, seed: int | None) -> Manifest:

@@ -13,10 +13,10 @@ from typing import Annotated, Any, Literal, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, PrivateAttr, ValidationError, field_validator, model_validator
+from pydantic import AfterValidator, Field, PrivateAttr, ValidationError, field_validator, model_validator
 
 from raymaps.errors import SceneError, unknown_name
-from raymaps.materials import VACUUM, Medium, Mixture, Name, Record, Rgb, SurfaceProperty
+from raymaps.materials import VACUUM, Integer, Medium, Mixture, Name, Number, Record, Rgb, SurfaceProperty
 
 __all__ = [
     "SCENE_FORMAT",
@@ -39,8 +39,38 @@ __all__ = [
 SCENE_FORMAT = "raymaps-scene"
 SCENE_VERSION = 1
 
-Vector = tuple[float, float, float]
-Positive = Annotated[float, Field(gt=0)]
+Vector = tuple[Number, Number, Number]
+Positive = Annotated[Number, Field(gt=0)]
+
+#: Levels that data which the program only passes on may be nested.
+MAX_FREE_DEPTH = 32
+
+
+def _is_plain(data: Any, depth: int = 0) -> bool:
+    """Whether data can be written as JSON and read again."""
+    if depth > MAX_FREE_DEPTH:
+        return False
+    if isinstance(data, dict):
+        return all(
+            isinstance(key, str) and _is_plain(key) and _is_plain(value, depth + 1) for key, value in data.items()
+        )
+    if isinstance(data, list):
+        return all(_is_plain(value, depth + 1) for value in data)
+    if isinstance(data, str):
+        return not any("\ud800" <= c <= "\udfff" for c in data)
+    return data is None or (isinstance(data, bool | int | float) and math.isfinite(data))
+
+
+def _plain(data: dict[str, Any]) -> dict[str, Any]:
+    if not _is_plain(data):
+        raise ValueError(
+            f"only text, finite numbers, lists and objects, {MAX_FREE_DEPTH} levels deep at most, can stand here"
+        )
+    return data
+
+
+#: Data that the program passes on without looking at them.
+FreeData = Annotated[dict[str, Any], AfterValidator(_plain)]
 
 
 def _nonzero(vector: Vector) -> Vector:
@@ -53,8 +83,8 @@ class FaceGroup(Record):
     """One CAD face: its name, the number of its triangles, and its exact surface as the exporter describes it."""
 
     name: Name
-    triangles: int = Field(ge=1)
-    surface: dict[str, Any] | None = Field(None, description="Exact CAD surface: `type` and its parameters in mm.")
+    triangles: Integer = Field(ge=1)
+    surface: FreeData | None = Field(None, description="Exact CAD surface: `type` and its parameters in mm.")
 
 
 class Geometry(Record):
@@ -75,14 +105,14 @@ class Body(Record):
 
 
 class _SourceBase(Record):
-    flux_w: Positive = Field(description="Radiant flux in W, all three bands together.")
+    flux_w: Positive = Field(le=1e100, description="Radiant flux in W, all three bands together.")
     rgb: Rgb = Field((1.0, 1.0, 1.0), description="Relative flux of the bands; their sum is scaled to one.")
 
     @field_validator("rgb")
     @classmethod
     def _some_light(cls, rgb: Vector) -> Vector:
-        if min(rgb) < 0 or sum(rgb) <= 0:
-            raise ValueError("each band must be 0 or more, and one of them above 0")
+        if min(rgb) < 0 or not 1e-100 < sum(rgb) < 1e100:
+            raise ValueError("each band must be 0 or more, and their sum above 0 and below 1e100")
         return rgb
 
 
@@ -98,8 +128,8 @@ class ConeSource(_SourceBase):
 
     kind: Literal["cone"] = "cone"
     position_mm: Vector
-    direction: Annotated[Vector, Field()]
-    half_angle_deg: float = Field(gt=0, le=180)
+    direction: Vector
+    half_angle_deg: Number = Field(gt=0, le=180)
 
     _direction = field_validator("direction")(_nonzero)
 
@@ -139,9 +169,9 @@ class RectangleDetector(Record):
     x_axis: Vector
     width_mm: Positive
     height_mm: Positive
-    resolution: tuple[Annotated[int, Field(ge=1, le=10000)], Annotated[int, Field(ge=1, le=10000)]] = (100, 100)
+    resolution: tuple[Annotated[Integer, Field(ge=1, le=10000)], Annotated[Integer, Field(ge=1, le=10000)]] = (100, 100)
     side: Literal["front", "back", "both"] = "front"
-    max_angle_deg: float = Field(
+    max_angle_deg: Number = Field(
         90.0, gt=0, le=90, description="Light at larger angles to the normal isn't registered."
     )
 
@@ -178,10 +208,12 @@ class RectangleDetector(Record):
 class Settings(Record):
     """How the scene is simulated unless a run says otherwise."""
 
-    rays: int = Field(100_000, ge=1, le=10**12, description="Number of rays.")
-    seed: int = Field(1, ge=0, lt=2**64, description="Seed of all random numbers.")
-    max_events: int = Field(1000, ge=2, le=100_000, description="A ray with more events is killed, and recorded so.")
-    roulette_threshold: float = Field(
+    rays: Integer = Field(100_000, ge=1, le=10**12, description="Number of rays.")
+    seed: Integer = Field(1, ge=0, lt=2**64, description="Seed of all random numbers.")
+    max_events: Integer = Field(
+        1000, ge=2, le=100_000, description="A ray with more events is killed, and recorded so."
+    )
+    roulette_threshold: Number = Field(
         0.1, ge=0, le=1, description="Below this share of its light a ray's losses on surfaces are drawn."
     )
 
@@ -202,7 +234,7 @@ class Scene(Record):
     sources: dict[Name, Source] = Field(min_length=1)
     detectors: dict[Name, RectangleDetector] = Field(default_factory=dict)
     settings: Settings = Settings()
-    origin: dict[str, Any] | None = Field(None, description="Where the scene came from; not part of what is simulated.")
+    origin: FreeData | None = Field(None, description="Where the scene came from; not part of what is simulated.")
 
     _folder: Path = PrivateAttr(default_factory=Path)
 
@@ -282,12 +314,14 @@ def scene_from_dict(data: Any, where: str = "scene") -> Scene:
     if not isinstance(data, dict):
         raise SceneError(f"Scene '{where}' must be a JSON object with the fields of a scene.")
     if data.get("format") != SCENE_FORMAT:
-        if isinstance(data.get("version"), int) and data["version"] > SCENE_VERSION:
+        if type(data.get("version")) is int and data["version"] > SCENE_VERSION:
             raise SceneError(_newer(where, data["version"]))
         raise SceneError(f'Scene \'{where}\': "format" must be "{SCENE_FORMAT}"; this is not a scene file.')
     version = data.get("version")
-    if isinstance(version, int) and version > SCENE_VERSION:
+    if type(version) is int and version > SCENE_VERSION:
         raise SceneError(_newer(where, version))
+    if type(version) is not int:
+        raise SceneError(f"Scene '{where}', version: must be a whole number from 1 to {SCENE_VERSION}.")
     try:
         return Scene.model_validate(data)
     except ValidationError as error:

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from raymaps.compile import CompiledScene
 from raymaps.intersect import Intersector
 from raymaps.kernels import emission, record, transport
-from raymaps.kernels.crossings import CROSSING
 from raymaps.kinds import ENDINGS, EventKind
 from raymaps.sources import emitters, relative_light, source_of_rays
 from raymaps.traced import TracedPortion
@@ -98,7 +97,7 @@ class Tracer:
         key = RunKey(np.uint64(self.seed), np.uint64(first_ray), settings.roulette_threshold)
         source = source_of_rays(self.compiled.scene, first_ray, n_rays)
         wave = self._emit(source, key)
-        log = _EventLog(self.compiled, n_rays, self._position_type)
+        log = _EventLog(self.compiled, n_rays, self._position_type, self._crossings)
         active = np.arange(n_rays, dtype=np.int32)
         log.keep(active, wave)
         record.advance(active, wave, self._is_end)
@@ -108,8 +107,7 @@ class Tracer:
             self._find_next(active, wave)
             if self._absorption is not None:
                 self._absorption.run(active, wave, tables, key, depth)
-            if self._crossings is not None:
-                log.cross(self._crossings, active, wave, depth)
+            log.cross(active, wave, depth)
             # the surface: what happens there is up to the effect that its property belongs to
             transport.arrive(active, wave, tables)
             if depth == settings.max_events - 1:
@@ -157,8 +155,11 @@ class Tracer:
 class _EventLog:
     """Events and crossings of a portion as they come, a chunk a depth."""
 
-    def __init__(self, compiled: CompiledScene, n_rays: int, position_type: np.dtype):
+    def __init__(
+        self, compiled: CompiledScene, n_rays: int, position_type: np.dtype, crossings_kernel: ModuleType | None
+    ):
         self._compiled = compiled
+        self._crossings_kernel = crossings_kernel
         self._n_events = np.zeros(n_rays, np.int64)
         self._position_type = position_type
         self._chunks: list[tuple[NDArray, ...]] = []
@@ -173,14 +174,16 @@ class _EventLog:
         self._chunks.append((active.copy(), kind, triangle, medium, position, light))
         self._n_events[active] += 1
 
-    def cross(self, crossings: ModuleType, active: NDArray[np.int32], wave: Wave, depth: int) -> None:
+    def cross(self, active: NDArray[np.int32], wave: Wave, depth: int) -> None:
         """Find and keep the detector crossings of the segments that end at this depth."""
-        found = np.empty(len(active), CROSSING)
-        compiled = self._compiled
-        count = crossings.run(active, wave, compiled.tables, compiled.frame, depth, found)
+        kernel, compiled = self._crossings_kernel, self._compiled
+        if kernel is None:
+            return
+        found = np.empty(len(active), kernel.CROSSING)
+        count = kernel.run(active, wave, compiled.tables, compiled.frame, depth, found)
         if count > len(found):
-            found = np.empty(count, CROSSING)
-            crossings.run(active, wave, compiled.tables, compiled.frame, depth, found)
+            found = np.empty(count, kernel.CROSSING)
+            kernel.run(active, wave, compiled.tables, compiled.frame, depth, found)
         if count:
             self._crossings.append(found[:count].copy())
 
@@ -194,7 +197,19 @@ class _EventLog:
         )  # fmt: skip
         for depth, (slots, *chunk) in enumerate(self._chunks):
             record.scatter(slots, offsets, depth, tuple(chunk), columns)
-        crossings = np.concatenate([np.empty(0, CROSSING), *self._crossings])
+        return TracedPortion(first_ray, source, offsets, *columns, **self._crossing_columns(offsets))
+
+    def _crossing_columns(self, offsets: NDArray[np.int64]) -> dict[str, NDArray]:
+        """Columns of the crossings, in the order of the rays and along each ray."""
+        if not self._crossings:
+            return {
+                "crossing_row": np.empty(0, np.int64),
+                "crossing_detector": np.empty(0, np.int16),
+                "crossing_xy_mm": np.empty((0, 2), np.float32),
+                "crossing_angle_rad": np.empty(0, np.float32),
+                "crossing_registered": np.empty(0, bool),
+            }
+        crossings = np.concatenate(self._crossings)
         row = offsets[crossings["slot"]] + crossings["event"]
         order = np.argsort(row, kind="stable")  # a merge of the depths, each of which is in order already
         row, crossings = row[order], crossings[order]
@@ -203,14 +218,13 @@ class _EventLog:
         for index, detector in enumerate(self._compiled.scene.detectors.values()):
             mine = crossings["detector"] == index
             registered[mine] = detector.accepts(angle[mine])
-        return TracedPortion(
-            first_ray, source, offsets, *columns,
-            crossing_row=row,
-            crossing_detector=crossings["detector"].copy(),
-            crossing_xy_mm=np.stack([crossings["x_mm"], crossings["y_mm"]], axis=1),
-            crossing_angle_rad=angle,
-            crossing_registered=registered,
-        )  # fmt: skip
+        return {
+            "crossing_row": row,
+            "crossing_detector": crossings["detector"].copy(),
+            "crossing_xy_mm": np.stack([crossings["x_mm"], crossings["y_mm"]], axis=1),
+            "crossing_angle_rad": angle,
+            "crossing_registered": registered,
+        }
 
 
 def position_type(compiled: CompiledScene) -> np.dtype:

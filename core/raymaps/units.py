@@ -12,20 +12,28 @@ _PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, 
 
 def format_quantity(value: float, unit: str, digits: int = 4) -> str:
     """A value with an SI prefix for people: ``format_quantity(0.00123, 'W')`` is ``'1.23 mW'``."""
-    if value == 0 or value != value:
+    if value == 0 or not math.isfinite(value):
         return f"{value:g} {unit}"
-    for factor, prefix in _PREFIXES:
-        if abs(value) >= factor * 0.9999999:
-            return f"{value / factor:.{digits}g} {prefix}{unit}"
-    return f"{value:.{digits}g} {unit}"
+    factor, prefix = _prefix(value)
+    text = f"{value / factor:.{digits}g}"
+    if "e" in text and abs(float(text)) >= 1000:  # 999,999 B to three digits is 1 MB
+        factor, prefix = _prefix(float(text) * factor)
+        text = f"{value / factor:.{digits}g}"
+    return f"{float(text):.0f} {prefix}{unit}" if "e" in text else f"{text} {prefix}{unit}"
+
+
+def _prefix(value: float) -> tuple[float, str]:
+    """The largest SI prefix that leaves at least 1 of a value."""
+    return next((pair for pair in _PREFIXES if abs(value) >= pair[0] * 0.9999999), _PREFIXES[-1])
 
 
 def format_flux(flux_w: float, stderr_w: float) -> str:
     """A flux with its standard error for people, rounded alike: ``12.34 ± 0.14 mW``."""
-    largest = max(abs(flux_w), abs(stderr_w))
-    factor, prefix = next(((f, p) for f, p in _PREFIXES if largest >= f * 0.9999999), (1.0, ""))
+    is_known = stderr_w > 0 and math.isfinite(stderr_w)
+    largest = max(abs(flux_w), abs(stderr_w)) if is_known else abs(flux_w)
+    factor, prefix = _prefix(largest) if largest > 0 else (1.0, "")
     flux, stderr = flux_w / factor, stderr_w / factor
-    if not (stderr > 0 and math.isfinite(stderr)):
+    if not is_known:
         return f"{flux:.6g} ± {stderr:g} {prefix}W"
     decimals = max(0, 1 - math.floor(math.log10(stderr)))
     return f"{flux:.{decimals}f} ± {stderr:.{decimals}f} {prefix}W"
@@ -38,9 +46,10 @@ def format_bytes(n_bytes: int) -> str:
 
 def format_duration(seconds: float) -> str:
     """A duration for people: ``0.4 s``, ``3 min 20 s``, ``2 h 5 min``."""
-    if seconds < 60:
+    if round(seconds, 1) < 60:
         return f"{seconds:.1f} s"
     minutes, rest = divmod(round(seconds), 60)
     if minutes < 60:
         return f"{minutes} min {rest} s"
+    minutes = round(seconds / 60)
     return f"{minutes // 60} h {minutes % 60} min"

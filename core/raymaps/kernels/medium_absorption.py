@@ -28,7 +28,7 @@ def run(active, wave, tables, key, depth):
             continue
         light = wave.light[i]
         distance = wave.distance[i]
-        total = float(light[0]) + float(light[1]) + float(light[2])
+        total = np.float64(light[0]) + np.float64(light[1]) + np.float64(light[2])
         lost_0 = light[0] * -math.expm1(-absorption[0] * distance)
         lost_1 = light[1] * -math.expm1(-absorption[1] * distance)
         lost_2 = light[2] * -math.expm1(-absorption[2] * distance)

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from raymaps.kernels.options import inlined
 
 __all__ = ["draw_outcome"]
@@ -34,7 +36,7 @@ def draw_outcome(light, first, second, threshold, u):
     probability p = w c / w', outcome k with c_k / c and band b with l_b C_kb w' / (w c_k), the expectation of band b
     over outcome k is l_b C_kb.
     """
-    arriving = float(light[0]) + float(light[1]) + float(light[2])
+    arriving = np.float64(light[0]) + np.float64(light[1]) + np.float64(light[2])
     by_first = light[0] * first[0] + light[1] * first[1] + light[2] * first[2]
     by_second = light[0] * second[0] + light[1] * second[1] + light[2] * second[2]
     through = by_first + by_second  # = w c

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from raymaps.errors import MapError
 from raymaps.store.signatures import STEP_COLUMNS
 
-__all__ = ["COLUMNS", "Column", "read_columns", "write_columns"]
+__all__ = ["COLUMNS", "Column", "pack_columns", "read_columns"]
 
 #: How a column is packed before zstd: PLAIN_DICTIONARY for few distinct values, BYTE_STREAM_SPLIT for numbers whose
 #: bytes behave alike, DELTA_BINARY_PACKED for counts that climb.
@@ -63,17 +63,18 @@ COLUMNS: dict[str, dict[str, Column]] = {
 }
 
 
-def write_columns(path: Path, table: str, columns: dict[str, NDArray[Any]]) -> None:
-    """Write one file of a portion; raises `OSError`."""
+def pack_columns(table: str, columns: dict[str, NDArray[Any]]) -> bytes:
+    """One file of a portion, as it stands on disk."""
     declared = COLUMNS[table]
     assert list(columns) == list(declared)
     arrays = []
     for name, column in declared.items():
         values = columns[name] if column.dtype is None else columns[name].astype(column.dtype, copy=False)
         arrays.append(pa.array(np.ascontiguousarray(values)))
+    file = pa.BufferOutputStream()
     pq.write_table(
         pa.table(arrays, names=list(declared)),
-        path,
+        file,
         compression="zstd",
         compression_level=COMPRESSION_LEVEL,
         use_dictionary=[name for name, column in declared.items() if column.packing == _DICTIONARY],
@@ -81,6 +82,7 @@ def write_columns(path: Path, table: str, columns: dict[str, NDArray[Any]]) -> N
         write_page_checksum=True,
         row_group_size=max(1, len(arrays[0])),
     )
+    return file.getvalue().to_pybytes()
 
 
 def read_columns(path: Path, table: str, names: tuple[str, ...] | None = None) -> dict[str, NDArray[Any]]:

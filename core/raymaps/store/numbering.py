@@ -160,7 +160,7 @@ def sum_light(source, event_offsets, light, account, sums):
     for ray in range(len(source)):
         before = 0.0
         for row in range(event_offsets[ray], event_offsets[ray + 1]):
-            after = float(light[row, 0]) + float(light[row, 1]) + float(light[row, 2])
+            after = np.float64(light[row, 0]) + np.float64(light[row, 1]) + np.float64(light[row, 2])
             if account[row] < 0:
                 sums[source[ray], -1 - account[row]] += after
             elif row > event_offsets[ray]:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import shutil
@@ -17,8 +18,9 @@ from numpy.typing import NDArray
 from raymaps.errors import MapError
 from raymaps.kinds import KILL_REASONS, EventKind
 from raymaps.names import Names
-from raymaps.store.columns import COLUMNS, REMEDY, read_columns, write_columns
+from raymaps.store.columns import COLUMNS, REMEDY, pack_columns, read_columns
 from raymaps.store.numbering import hash_rays, number_signatures, sum_light
+from raymaps.store.sealed import seal, unseal
 from raymaps.store.signatures import NONE, SignatureTable
 from raymaps.traced import FaceIndex, TracedPortion
 
@@ -54,16 +56,17 @@ class PortionSummary:
     content: tuple[int, int]
     ledger: tuple[LedgerEntry, ...]
     file_bytes: dict[str, int]
+    file_sha256: dict[str, str]
 
     def to_json(self) -> str:
         """As text."""
         data = {**self.__dict__, "content": [f"{word:016x}" for word in self.content]}
-        return json.dumps({**data, "ledger": [entry.__dict__ for entry in self.ledger]})
+        return seal({**data, "ledger": [entry.__dict__ for entry in self.ledger]})
 
     @classmethod
     def from_json(cls, text: str) -> PortionSummary:
         """From text; raises `KeyError`, `TypeError` or `ValueError` if it is damaged."""
-        data = json.loads(text)
+        data = unseal(json.loads(text))
         return cls(
             first_ray=int(data["first_ray"]),
             n_rays=int(data["n_rays"]),
@@ -77,6 +80,7 @@ class PortionSummary:
                 for entry in data["ledger"]
             ),
             file_bytes={str(name): int(size) for name, size in data["file_bytes"].items()},
+            file_sha256={str(name): str(digest) for name, digest in data["file_sha256"].items()},
         )
 
 
@@ -167,18 +171,20 @@ def write_portion(folder: Path, history: TracedPortion, n_sources: int, faces: F
         _bits(light), history.crossing_row, crossing_code,
         _bits(np.column_stack([history.crossing_xy_mm, history.crossing_angle_rad])),
     )  # fmt: skip
-    name = f"{history.first_ray:012d}"
+    name = _folder_name(history.first_ray)
     making = folder / f".making-{name}-{os.getpid()}"
     try:
         making.mkdir()
-        for file, columns in files.items():
-            write_columns(making / f"{file}.parquet", file, columns)
+        packed = {f"{file}.parquet": pack_columns(file, columns) for file, columns in files.items()}
+        for file, data in packed.items():
+            (making / file).write_bytes(data)
         summary = PortionSummary(
             history.first_ray, n_rays, len(face), len(crossing_code), len(table),
             tuple(int(n) for n in np.bincount(history.source, minlength=n_sources)),
             (int(content[0]), int(content[1])),
             _ledger(history, n_sources, face, faces.face_body),
-            {path.name: path.stat().st_size for path in sorted(making.iterdir())},
+            {file: len(data) for file, data in packed.items()},
+            {file: hashlib.sha256(data).hexdigest() for file, data in packed.items()},
         )  # fmt: skip
         (making / SUMMARY_FILE).write_text(summary.to_json(), encoding="utf-8")
         making.rename(folder / name)
@@ -186,6 +192,10 @@ def write_portion(folder: Path, history: TracedPortion, n_sources: int, faces: F
         shutil.rmtree(making, ignore_errors=True)
         raise
     return summary
+
+
+def _folder_name(first_ray: int) -> str:
+    return f"{first_ray:012d}"
 
 
 def _bits(values: NDArray[np.floating]) -> NDArray[Any]:
@@ -251,8 +261,10 @@ class Portion:
         """Read a portion's summary and see that its files have their sizes; raises `MapError`."""
         try:
             summary = PortionSummary.from_json((folder / SUMMARY_FILE).read_text(encoding="utf-8"))
-        except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
-            raise MapError(f"Ray Map portion '{folder}' has no readable {SUMMARY_FILE}; {REMEDY}.") from error
+        except (OSError, ValueError, KeyError, TypeError, IndexError, RecursionError) as error:
+            raise MapError(f"Ray Map portion '{folder}' has no sound {SUMMARY_FILE}; {REMEDY}.") from error
+        if folder.name != _folder_name(summary.first_ray):
+            raise MapError(f"Ray Map portion '{folder}' holds the rays from {summary.first_ray} on; {REMEDY}.")
         for name, size in summary.file_bytes.items():
             try:
                 found = (folder / name).stat().st_size
@@ -347,6 +359,14 @@ class Portion:
         start = np.concatenate([[0], np.cumsum(per_signature[self.ray_signature])])[:-1]
         within = np.arange(self.n_crossings) - start[self.crossing_ray]
         return _read_only(table.registered[steps[first[self.crossing_ray] + within]] == 1)
+
+    def damaged_files(self) -> tuple[str, ...]:
+        """Names of files whose bytes are not those that were written; all of them are read."""
+        return tuple(
+            name
+            for name, digest in self.summary.file_sha256.items()
+            if hashlib.sha256((self.folder / name).read_bytes()).hexdigest() != digest
+        )
 
     def forget(self) -> None:
         """Let go of the columns read so far; they are read again when asked for."""

@@ -21,6 +21,7 @@ from raymaps.geometry import BodyMesh, load_bodies, write_ply
 from raymaps.names import Names
 from raymaps.scene import FaceGroup, Geometry, Scene, load_scene
 from raymaps.store.portion import Portion, PortionSummary, write_portion
+from raymaps.store.sealed import seal, unseal
 from raymaps.traced import FaceIndex, TracedPortion
 
 __all__ = ["MAP_FORMAT", "MAP_VERSION", "Manifest", "MapWriter", "RayMap"]
@@ -60,31 +61,43 @@ class Manifest:
     def to_json(self) -> str:
         """As text."""
         data = {**self.__dict__, "names": self.names.to_dict()}
-        return json.dumps({"format": MAP_FORMAT, "version": MAP_VERSION, **data}, indent=1, ensure_ascii=False)
+        return seal({"format": MAP_FORMAT, "version": MAP_VERSION, **data})
 
     @classmethod
     def read(cls, folder: Path) -> Manifest:
         """Read a map's manifest; raises `MapError`."""
-        path = folder / MANIFEST_FILE
-        if not folder.exists():
+        if not os.path.lexists(folder):
             raise MapError(f"Ray Map '{folder}': there is no such folder.")
+        damaged = MapError(f"Ray Map '{folder}' has a damaged {MANIFEST_FILE}; trace the scene again.")
         try:
-            data = json.loads(path.read_text(encoding="utf-8"))
-            if data["format"] != MAP_FORMAT:
-                raise ValueError("another format")
-            if data["version"] > MAP_VERSION:
-                raise MapError(
-                    f"Ray Map '{folder}' has version {data['version']}, this program reads up to version "
-                    f"{MAP_VERSION}: update Ray Maps."
-                )
-            return cls(
-                int(data["seed"]), str(data["scene_hash"]), Names.from_dict(data["names"]), int(data["rays_asked"]),
-                int(data["portion_rays"]), float(data["grid_mm"]), str(data["program"]),
-            )  # fmt: skip
+            data = json.loads((folder / MANIFEST_FILE).read_text(encoding="utf-8"))
         except (FileNotFoundError, NotADirectoryError):
             raise MapError(f"'{folder}' is not a Ray Map: it has no {MANIFEST_FILE}.") from None
-        except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-            raise MapError(f"Ray Map '{folder}' has a damaged {MANIFEST_FILE}; trace the scene again.") from error
+        except PermissionError:
+            raise MapError(f"Ray Map '{folder}' can't be read: permission denied.") from None
+        except (OSError, ValueError, RecursionError) as error:
+            raise damaged from error
+        version = data.get("version") if isinstance(data, dict) else None
+        if type(version) is int and version > MAP_VERSION:
+            raise MapError(
+                f"Ray Map '{folder}' has version {version}, this program reads up to version {MAP_VERSION}: "
+                "update Ray Maps."
+            )
+        try:
+            data = unseal(data)
+            if data["format"] != MAP_FORMAT or version != MAP_VERSION:
+                raise ValueError("another format")
+            return cls(
+                seed=int(data["seed"]),
+                scene_hash=str(data["scene_hash"]),
+                names=Names.from_dict(data["names"]),
+                rays_asked=int(data["rays_asked"]),
+                portion_rays=int(data["portion_rays"]),
+                grid_mm=float(data["grid_mm"]),
+                program=str(data["program"]),
+            )
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise damaged from error
 
     def write(self, folder: Path) -> None:
         """Write or replace a map's manifest, by one rename."""
@@ -119,8 +132,14 @@ class RayMap:
 
     @cached_property
     def scene(self) -> Scene:
-        """The scene as it was simulated."""
-        return load_scene(self.path / SCENE_FILE)
+        """The scene as it was simulated; raises `MapError` if it is not the one that the manifest speaks of."""
+        scene = load_scene(self.path / SCENE_FILE)
+        named = (tuple(scene.sources), tuple(scene.bodies), tuple(scene.surfaces), tuple(scene.detectors))
+        if named != (self.names.sources, self.names.bodies, self.names.surfaces, self.names.detectors):
+            raise MapError(
+                f"Ray Map '{self.path}': its {SCENE_FILE} is not the scene that was simulated; trace it again."
+            )
+        return scene
 
     @cached_property
     def meshes(self) -> tuple[BodyMesh, ...]:
@@ -210,7 +229,7 @@ class MapWriter:
         OutputError
             If the path exists already or can't be written.
         """
-        if path.exists() or path.is_symlink():
+        if os.path.lexists(path):
             raise OutputError(f"'{path}' exists already: name another output, delete it, or go on with it by --resume.")
         making = path.with_name(f".{path.name}-making-{os.getpid()}")
         try:
