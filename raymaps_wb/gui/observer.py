@@ -7,6 +7,8 @@ from raymaps_wb.compat import QtCore, QtWidgets
 from raymaps_wb.export.fingerprint import ShapeMeasures
 from raymaps_wb.gui.staleness import update_document
 from raymaps_wb.objects.properties import type_of
+from raymaps_wb.objects.source import Source
+from raymaps_wb.objects.study import members, studies
 
 QUIET_MS = 400
 NAME = "RayMapsObserver"
@@ -73,7 +75,16 @@ class DocumentObserver(QtCore.QObject):
                 self._note(document)
                 continue
             update_document(document, self._measures.setdefault(name, ShapeMeasures()))
+            redraw_sources(document)
             self.checked.emit(name)
+
+
+def redraw_sources(document):
+    """Draw the arrows of emitting faces where these are now; they may have moved, or just have been restored."""
+    for study in studies(document):
+        for source in members(study, Source.TYPE):
+            if source.Kind == "Faces":
+                source.ViewObject.Proxy.redraw(source)
 
 
 def install():

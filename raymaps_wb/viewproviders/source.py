@@ -3,6 +3,8 @@
 
 import math
 
+import Part
+
 from raymaps_wb.errors import WorkbenchError
 from raymaps_wb.viewproviders import glyphs
 from raymaps_wb.viewproviders.base import DrawnViewProxy
@@ -81,7 +83,7 @@ def _faces(obj, size):
                 u, v = face.Surface.parameter(start)
                 length = min(size, 2 * math.sqrt(face.Area))
                 lines += glyphs.arrow(start, start + face.normalAt(u, v) * length)
-    except WorkbenchError:
+    except (WorkbenchError, Part.OCCError, RuntimeError):
         return []  # the check command says in words what is wrong with the references
     return lines
 

@@ -20,7 +20,7 @@ import tempfile
 
 FOLDER = os.path.dirname(os.path.abspath(__file__))
 ADDON = os.path.dirname(os.path.dirname(FOLDER))
-LIMITS_S = {"app": 300, "gui": 600}
+LIMITS_S = {"app": 300, "gui": 1500}
 #: How FreeCAD prints an exception that a view provider or a callback raised.
 ERROR = re.compile(r"<class '\w*(Error|Exception)'>")
 WINDOW = ["xvfb-run", "-a", "-s", "-screen 0 1600x1000x24 -dpi 96"]

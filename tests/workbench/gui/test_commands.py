@@ -4,7 +4,7 @@
 import FreeCAD
 import FreeCADGui
 
-from gui.window import WindowTest, spin
+from gui.window import WindowTest, spin, wait_until
 from raymaps_wb.compat import QtWidgets
 from raymaps_wb.gui import dock
 from raymaps_wb.gui.commands import COMMANDS
@@ -129,6 +129,23 @@ class CommandsTest(WindowTest):
         shown = self.picture("a.png")
         detector.ViewObject.Visibility = False
         self.assertNotEqual(shown, self.picture("b.png"))
+
+    def test_arrows_of_emitting_faces_follow_the_faces(self):
+        study = self.open_example("led_collimator")
+        source = next(obj for obj in study.Group if obj.Label == "LED_red")
+
+        def first_point():
+            root = source.ViewObject.Proxy.root
+            found = [root.getChild(i) for i in range(root.getNumChildren())]
+            points = [node.point for node in found if node.getTypeId().getName().getString() == "Coordinate3"]
+            return tuple(points[0].getValues()[0].getValue()) if points else None
+
+        self.assertTrue(wait_until(first_point, 5))
+        z = first_point()[2]
+        self.assertAlmostEqual(z, 60, places=4)
+        study.Document.getObject("Luminaire").Placement.Base.z += 5
+        study.Document.recompute()
+        self.assertTrue(wait_until(lambda: abs(first_point()[2] - z - 5) < 1e-3, 5))
 
     def test_one_panel(self):
         self.assertIs(dock.show(), dock.show())

@@ -81,7 +81,7 @@ class RunTest(WindowTest):
         study = self.open_example("led_collimator")
         self.run_to_the_end(study)
         FreeCAD.closeDocument(self.document.Name)
-        self.ask("hit(Collimator, fresnel_reflection) & detector(Target) & ended(absorbed)", 120)
+        self.ask("detector(Target) & ended(absorbed)", 150)
         window = FreeCADGui.getMainWindow()
         for name in ("Report view", "Python console"):
             window.findChild(QtWidgets.QDockWidget, name).hide()
@@ -122,8 +122,8 @@ class RunTest(WindowTest):
         self.assertTrue(session.is_running())
         timer.stop()
         gaps = [b - a for a, b in zip(ticks[first:], ticks[first + 1 :], strict=False)]
-        self.assertGreater(len(gaps), 50)
-        self.assertLess(max(gaps), 0.5)
+        self.assertGreater(len(gaps), 30)
+        self.assertLess(max(gaps), 1.0)
         session.cancel()
         self.assertTrue(wait_until(lambda: outcomes))
 

@@ -15,7 +15,7 @@ from raymaps_wb.objects.result import result_of
 from raymaps_wb.objects.study import studies
 from raymaps_wb.tracer.trace import DONE
 
-RUN_LIMIT_S = 120
+RUN_LIMIT_S = 300
 
 
 def spin(seconds):
@@ -25,7 +25,7 @@ def spin(seconds):
         QtCore.QCoreApplication.processEvents(QtCore.QEventLoop.AllEvents, 50)
 
 
-def wait_until(condition, limit_s=30):
+def wait_until(condition, limit_s=60):
     """Let the window work until a condition holds; whether it did in time."""
     end = time.monotonic() + limit_s
     while not condition():
