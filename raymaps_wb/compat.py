@@ -23,9 +23,8 @@ __all__ = [
     "QtCore",
     "QtGui",
     "QtWidgets",
-    "action_class",
     "exec_dialog",
-    "freecad_version",
+    "flags_as_int",
     "icon_changed",
     "primary_selection",
     "python_candidates",
@@ -40,19 +39,14 @@ def translate(text, context="RayMaps"):
     return FreeCAD.Qt.translate(context, text) if hasattr(FreeCAD, "Qt") else text
 
 
-def freecad_version():
-    """Version of FreeCAD as a tuple of numbers, such as (0, 20, 2)."""
-    return tuple(int(part) for part in FreeCAD.Version()[:3] if part.isdigit())
-
-
 def user_data_folder():
     """Folder for what Ray Maps keeps for this user: its private environment, runs of unsaved documents."""
     return os.path.join(FreeCAD.getUserAppDataDir(), "RayMaps")
 
 
-def action_class():
-    """QAction, which moved from QtWidgets to QtGui in Qt 6."""
-    return getattr(QtGui, "QAction", None) or QtWidgets.QAction
+def flags_as_int(flags):
+    """Flags of Qt as the number that FreeCAD asks for; Qt 6 has them as Python enumerations."""
+    return int(getattr(flags, "value", flags))
 
 
 def exec_dialog(dialog):

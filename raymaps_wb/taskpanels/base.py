@@ -6,7 +6,7 @@ from typing import Any
 import FreeCAD
 import FreeCADGui
 
-from raymaps_wb.compat import QtGui, QtWidgets, primary_selection, translate
+from raymaps_wb.compat import QtGui, QtWidgets, flags_as_int, primary_selection, translate
 from raymaps_wb.paths import icon
 from raymaps_wb.taskpanels.editors import EDITORS, label_of
 
@@ -91,8 +91,7 @@ class ObjectPanel:
         return True
 
     def getStandardButtons(self):
-        buttons = QtWidgets.QDialogButtonBox.Ok | QtWidgets.QDialogButtonBox.Cancel
-        return int(getattr(buttons, "value", buttons))
+        return flags_as_int(QtWidgets.QDialogButtonBox.Ok | QtWidgets.QDialogButtonBox.Cancel)
 
     def add_placement_row(self, facing):
         """A row that tells how to place the object, and a button that puts it on the selected face.

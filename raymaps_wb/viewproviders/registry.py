@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Which view provider belongs to which object."""
 
+from raymaps_wb.compat import icon_changed
+
 
 def view_classes():
     """View provider of each of our types."""
@@ -22,3 +24,4 @@ def ensure_view(obj):
     known = view_classes().get(getattr(obj.Proxy, "TYPE", ""))
     if view is not None and known is not None and not isinstance(getattr(view, "Proxy", None), known):
         known(view)
+        icon_changed(view)  # from 1.1 on the tree has asked before
