@@ -9,6 +9,7 @@ import pytest
 from raymaps.errors import CriterionError, MapError, OutputError, SceneError
 from raymaps.geometry import BodyMesh
 from raymaps.results.camera import fit_camera
+from raymaps.results.detector import evaluate_detector
 from raymaps.results.edges import feature_edges_mm
 from raymaps.results.model_view import ModelView, Shape, build_view
 from raymaps.results.pictures import view
@@ -198,3 +199,21 @@ def test_what_cannot_be_shown_is_refused(traced, tmp_path):
     with pytest.raises(MapError):
         view(tmp_path, tmp_path / "v.html")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_painted_cells_lie_in_their_place_in_false_colours(traced):
+    pytest.importorskip("matplotlib")
+    content = build_view(traced, rays=0, paint=["Target"])
+    lit, detector = evaluate_detector(traced, "Target"), traced.scene.detectors["Target"]
+    (painting,) = content.paintings
+    cells = painting.triangles_mm.reshape(*lit.cell_flux_w.shape, 2, 3, 3)
+    assert cells[..., 2] == pytest.approx(np.full(cells.shape[:-1], detector.center_mm[2]), abs=1e-12)
+    row, column = np.unravel_index(np.argmax(lit.cell_flux_w), lit.cell_flux_w.shape)
+    x_mm, y_mm = cells[row, column].reshape(-1, 3)[:, 0], cells[row, column].reshape(-1, 3)[:, 1]
+    assert (x_mm.min(), x_mm.max()) == pytest.approx(lit.x_edges_mm[[column, column + 1]], abs=1e-9)
+    assert (y_mm.min(), y_mm.max()) == pytest.approx(lit.y_edges_mm[[row, row + 1]], abs=1e-9)
+    colours = painting.rgb.reshape(*lit.cell_flux_w.shape, 2, 3).astype(int).sum(axis=3)[..., 0]
+    assert colours[row, column] == colours.max()
+    # a painted detector has no tint of its own that would lie in the same plane
+    triangles = {shape.name: len(shape.triangles_mm) for shape in content.shapes if shape.kind == "detector"}
+    assert triangles == {"Beam": 2, "Target": 0}
