@@ -6,7 +6,7 @@ import pytest
 
 from raymaps.kinds import EventKind
 from raymaps.results.ledger import energy_ledger
-from tests.physics.scenes import ball, body, box, traced
+from tests.physics.scenes import ball, body, box, prism, traced
 
 LOST = {
     "numerical": EventKind.KILLED_NUMERICAL,
@@ -95,3 +95,22 @@ def test_light_never_starts_by_hitting_where_it_stands(tmp_path):
     follows = inside.number > 0
     same = (inside.triangle == np.roll(inside.triangle, 1)) & follows & (inside.kind != EventKind.LEFT)
     assert not same.any()
+
+
+@pytest.mark.parametrize("apex_deg", [30, 1, 0.1])
+@pytest.mark.parametrize("kind", ["mirror", "fresnel"])
+def test_sharp_wedges_hold_their_light(tmp_path, kind, apex_deg):
+    """Near an edge as sharp as a knife the two faces are closer than float32 can tell: very few rays slip through."""
+    is_glass = kind == "fresnel"
+    h = traced(
+        tmp_path,
+        {"Wedge": body(prism(np.radians(apex_deg), 20, 10), "tested", "glass" if is_glass else None)},
+        rays=20_000,
+        settings={"max_events": 62},
+        surfaces={"tested": {"kind": kind}},
+        media={"glass": {"refractive_index": 1.5}},
+        sources={"S": {"kind": "point", "flux_w": 1, "position_mm": [0, 0, -10]}},
+    )
+    hits, counts = losses(f"{kind} wedge of {apex_deg} degrees", h)
+    escaped = (h.kind[h.last] == EventKind.LEFT) & (not is_glass or h.medium[h.last] == h.index("media", "glass"))
+    assert escaped.sum() + counts["numerical"] + counts["medium mismatch"] <= max(1e-5 * hits, 5)
