@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -92,7 +92,7 @@ def _draw_region(axes: Axes, detector_map: DetectorMap) -> None:
     from matplotlib import patches
 
     area = detector_map.area
-    style = {"fill": False, "edgecolor": "white", "linewidth": 1.6, "clip_on": True}
+    style: dict[str, Any] = {"fill": False, "edgecolor": "white", "linewidth": 1.6, "clip_on": True}
     dashes = {**style, "edgecolor": "#1f77d0", "linestyle": (0, (4, 3))}
     for look in (style, dashes):  # visible on bright and on dark cells
         if isinstance(area, Rectangle):

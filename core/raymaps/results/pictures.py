@@ -86,7 +86,7 @@ def draw_view(content: ModelView) -> Any:
         (_LONG_SIDE_PX, round(_LONG_SIDE_PX / aspect)) if aspect > 1 else (round(_LONG_SIDE_PX * aspect), _LONG_SIDE_PX)
     )
 
-    plotter = pyvista.Plotter(off_screen=True, window_size=list(window))
+    plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(window))
     plotter.set_background("white")
     for shape in content.shapes:
         _add_shape(plotter, pyvista, shape)
@@ -105,13 +105,13 @@ def draw_view(content: ModelView) -> Any:
     plotter.camera_position = [camera.middle_mm + camera.toward * distance_mm, camera.middle_mm, camera.up]
     plotter.camera.parallel_scale = 0.5 * 1.05 * max(camera.height_mm, camera.width_mm / aspect)
     plotter.reset_camera_clipping_range()
-    image = plotter.screenshot(return_img=True)
+    image = np.asarray(plotter.screenshot(return_img=True))
     plotter.close()
     return _framed(Figure, content, image)
 
 
 def _add_shape(plotter: Any, pyvista: Any, shape: Shape) -> None:
-    colour = tuple(band / 255 for band in shape.rgb)
+    colour = _share(shape.rgb)
     if len(shape.triangles_mm):
         mesh = _triangle_mesh(pyvista, shape.triangles_mm)
         plotter.add_mesh(
@@ -125,11 +125,17 @@ def _add_shape(plotter: Any, pyvista: Any, shape: Shape) -> None:
         )
     if len(shape.lines_mm):
         strong = shape.kind != "body"
-        line_colour = colour if shape.kind == "detector" else tuple(band / 255 for band in EDGE_RGBA[:3])
+        line_colour = colour if shape.kind == "detector" else _share(EDGE_RGBA[:3])
         plotter.add_mesh(
             _line_mesh(pyvista, shape.lines_mm), color=line_colour, line_width=2.4 if strong else 1.5, lighting=False,
             opacity=1.0 if strong else EDGE_RGBA[3] / 255,
         )  # fmt: skip
+
+
+def _share(rgb: tuple[int, int, int]) -> tuple[float, float, float]:
+    """A colour from 0 to 1."""
+    red, green, blue = rgb
+    return red / 255, green / 255, blue / 255
 
 
 def _triangle_mesh(pyvista: Any, triangles_mm: Float) -> Any:
@@ -153,7 +159,7 @@ def _framed(figure_type: Any, content: ModelView, image: NDArray[np.uint8]) -> A
     width, height = image.shape[1] / 150, image.shape[0] / 150
     entries: list[Any] = []
     for shape in content.shapes[:_LEGEND]:
-        colour = tuple(band / 255 for band in shape.rgb)
+        colour = _share(shape.rgb)
         if shape.kind == "detector":
             entries.append(Line2D([], [], color=colour, linewidth=2, label=shape.name))
         else:

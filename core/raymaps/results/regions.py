@@ -18,7 +18,7 @@ _ROUNDING = 1e-9
 
 def cell_edges_mm(size_mm: float, n_cells: int) -> Float:
     """Borders of a detector's cells along one of its axes, (n_cells + 1,), 0 at its centre."""
-    return (2 * np.arange(n_cells + 1) - n_cells) * (size_mm / (2 * n_cells))
+    return np.arange(-n_cells, n_cells + 1, 2, dtype=np.float64) * (size_mm / (2 * n_cells))
 
 
 def cell_centres_mm(edges_mm: Float) -> Float:
