@@ -41,8 +41,8 @@ def main() -> None:
     if output is None:
         print("Tried quickly, so nothing was written; -o FILE.md writes all the same.")
         return
-    head = "# Measured\n\nWritten by `make bench`. " + (
-        "A quick try: too few rays and repeats for figures to trust.\n\n" if arguments.quick else "\n\n"
+    head = "# Measured\n\nWritten by `make bench`." + (
+        " A quick try: too few rays and repeats for figures to trust.\n\n" if arguments.quick else "\n\n"
     )
     facts = "\n".join(f"- {name}: {text}" for name, text in machine.items())
     output.write_text(f"{head}{facts}\n\n{tables}\n", encoding="utf-8")
