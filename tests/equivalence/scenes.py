@@ -8,9 +8,9 @@ from typing import Any
 
 from tests.physics.scenes import ball, body, box, disc_source, rectangle, write_scene
 
-#: Medium around each body with a medium. Left and Right overlap: the first triangle of Right lies in Left, so it
-#: counts as standing in Left, and rays from the fog onto Right are killed.
-OUTSIDE = {"Ball": "fog", "Core": "glass", "Left": "fog", "Right": "glass"}
+#: Medium around each body with a medium. Left and Right overlap and neither stands in the other: rays that go from one
+#: straight into the other are killed.
+OUTSIDE = {"Ball": "fog", "Core": "glass", "Left": "fog", "Right": "fog"}
 SOURCE_MEDIA = {"Point": "fog", "Inside": "glass", "Spot": "glass", "Beam": "fog", "Lamp": "fog"}
 
 

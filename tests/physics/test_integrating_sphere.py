@@ -46,7 +46,7 @@ def white_sphere(folder, shape, wall, rays, source=None, **settings):
 @pytest.mark.parametrize("roulette_threshold", [0.0, 0.1, 1.0])
 @pytest.mark.parametrize("reflectance", REFLECTANCES)
 def test_multiplier(tmp_path, reflectance, roulette_threshold):
-    """Light sent out by the wall, on the wall in all, and into the port, from a beam onto the wall opposite the port."""
+    """Light sent out by the wall, on the wall in all, and into the port; the beam meets the wall opposite the port."""
     shape, f = sphere_with_port()
     multiplier = reflectance / (1 - reflectance * (1 - f))
     down = {"kind": "cone", "flux_w": 3.0, "position_mm": [0, 0, 0], "direction": [0, 0, -1], "half_angle_deg": 60}
