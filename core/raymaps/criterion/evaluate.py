@@ -23,7 +23,7 @@ from raymaps.criterion.text import parse_criterion
 from raymaps.errors import CriterionError, unknown_name
 from raymaps.kinds import CRITERION_KINDS, ENDINGS, EventKind
 from raymaps.names import Names
-from raymaps.store.signatures import SignatureTable
+from raymaps.store.signatures import NONE, SignatureTable
 
 if TYPE_CHECKING:
     from raymaps.store import Portion
@@ -254,17 +254,26 @@ class _InArea(Bound):
         return Verdicts(np.zeros(n_sources, bool), np.ones(n_sources, bool))
 
 
-def _with_steps(table: SignatureTable, steps: NDArray[np.int64]) -> Mask:
-    """Which signatures own at least one of some steps, given by their rows."""
-    owners = np.zeros(len(table), bool)
-    owners[np.searchsorted(table.offsets, steps, side="right") - 1] = True
-    return owners
+def _with_step(
+    table: SignatureTable,
+    wanted: Mask,
+    code: NDArray[np.uint8],
+    place: NDArray[np.integer] | None = None,
+    index: int = NONE,
+) -> Mask:
+    """Which signatures have a step with a wanted code, at a given place if one is given."""
+    from raymaps.criterion.steps_kernel import has_step, has_step_at
+
+    if place is None:
+        return np.asarray(has_step(table.offsets, code, wanted))
+    return np.asarray(has_step_at(table.offsets, place, index, code, wanted))
 
 
 def _registered_by(table: SignatureTable, detector: int) -> Mask:
-    steps = np.flatnonzero(table.detector == detector)
-    crossing = (table.kind[steps] == EventKind.CROSSING) & (table.registered[steps] == 1)
-    return _with_steps(table, steps[crossing])
+    """Signatures with a crossing, which alone names a detector, that the detector registered."""
+    registered = np.zeros(256, bool)
+    registered[1] = True
+    return _with_step(table, registered, table.registered.view(np.uint8), table.detector, detector)
 
 
 def _kind_mask(kinds: tuple[EventKind, ...]) -> Mask:
@@ -279,11 +288,7 @@ def _on_a_surface(column: str, index: int, kind: str | None) -> Callable[[Signat
     kinds = tuple(EventKind) if kind is None else CRITERION_KINDS[kind]
     mask = _kind_mask(tuple(k for k in kinds if k not in _NOT_ON_A_SURFACE))
 
-    def select(table: SignatureTable) -> Mask:
-        steps = np.flatnonzero(getattr(table, column) == index)
-        return _with_steps(table, steps[mask[table.kind[steps]]])
-
-    return select
+    return lambda table: _with_step(table, mask, table.kind, getattr(table, column), index)
 
 
 def _in_medium(kind: str, medium: int) -> Callable[[SignatureTable], Mask]:
@@ -293,7 +298,10 @@ def _in_medium(kind: str, medium: int) -> Callable[[SignatureTable], Mask]:
     def select(table: SignatureTable) -> Mask:
         events = np.flatnonzero(table.kind != EventKind.CROSSING)
         here = np.flatnonzero(mask[table.kind[events]])  # never the first: a signature starts with its emission
-        return _with_steps(table, events[here[table.medium[events[here - 1]] == medium]])
+        steps = events[here[table.medium[events[here - 1]] == medium]]
+        owners = np.zeros(len(table), bool)
+        owners[np.searchsorted(table.offsets, steps, side="right") - 1] = True
+        return owners
 
     return select
 
@@ -333,7 +341,7 @@ def _bind_happened(event: tree.Happened, names: Names) -> Bound:
     if kinds == (EventKind.EMISSION,):
         return _bind_everything(event, names)
     mask = _kind_mask(kinds)
-    return _BySignature(event, lambda table: table.any_step(mask[table.kind]))
+    return _BySignature(event, lambda table: _with_step(table, mask, table.kind))
 
 
 def _bind_in_medium(event: tree.InMedium, names: Names) -> Bound:
