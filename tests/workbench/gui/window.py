@@ -75,14 +75,20 @@ class WindowTest(DocumentTest):
 
     def ask(self, criterion, max_rays=1000):
         """Apply a criterion; the answers to query and overlay."""
-        session, counted, drawn, refused = self.panel.show_study(self.panel.study()), [], [], []
-        connections = ((session.counted, counted), (session.drawn, drawn), (session.refused, refused))
+        session = self.panel.show_study(self.panel.study())
+        counted, drawn, reported, refused = [], [], [], []
+        connections = (
+            (session.counted, counted),
+            (session.drawn, drawn),
+            (session.reported, reported),
+            (session.refused, refused),
+        )
         for signal, answers in connections:
             signal.connect(answers.append)
         self.panel.max_rays.setValue(max_rays)
         self.panel.criterion.setEditText(criterion)
         self.panel.apply_button.click()
-        done = wait_until(lambda: refused or (counted and drawn))
+        done = wait_until(lambda: refused or (counted and drawn and reported))
         for signal, answers in connections:
             signal.disconnect(answers.append)
         self.assertTrue(done and not refused, refused or "no answer")
