@@ -61,6 +61,7 @@ def add_crossings(rows, ray, light_row, xy_mm, light, source_of_ray, size_mm, re
                 sums.cell_light[source, cell, band] += np.float64(light[at, band])
             sums.cell_products[source, cell] += power * in_all
             in_cell[cell] += power
+        # several crossings of a ray in one cell are one sample
         for k in range(start, end):
             row = rows[k]
             cell = _cell(xy_mm[row, 0], xy_mm[row, 1], size_mm, per_mm_x, per_mm_y, n_x, n_y)
