@@ -19,7 +19,7 @@ from raymaps.check import check_map
 from tests.cli.conftest import process
 from tests.store.small_scenes import lamp_in_a_room, write_scene
 
-RAYS, PORTION = 60_000, 500
+RAYS, PORTION = 30_000, 500
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -220,7 +220,7 @@ def test_interrupted_is_4_and_resume_goes_on(room, whole, tmp_path, number):
 def test_a_second_signal_ends_at_once(room, tmp_path):
     """Without waiting for the portions that are being traced; the map is valid all the same."""
     path = tmp_path / "m.raymap"
-    child = process("trace", room, "-o", path, "--rays", 50 * RAYS, "--portion", 100 * PORTION, "--progress", "json")
+    child = process("trace", room, "-o", path, "--rays", 100 * RAYS, "--portion", 100 * PORTION, "--progress", "json")
     busy(child)
     child.send_signal(signal.SIGINT)
     time.sleep(0.02)  # a portion takes much longer

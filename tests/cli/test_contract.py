@@ -60,7 +60,7 @@ def test_threads_portions_and_progress(traced, info, raymaps, tmp_path):
 
 def test_killed_and_resumed_is_uninterrupted(traced, tmp_path):
     scene, _ = traced
-    rays, path = 30_000, tmp_path / "broken.raymap"
+    rays, path = 20_000, tmp_path / "broken.raymap"
     child = process("trace", scene, "-o", path, "--rays", rays, "--seed", 7, "--portion", 500, "--threads", 1)
     deadline = time.monotonic() + 60
     while not list(path.glob("portions/0*/portion.json")) and child.poll() is None and time.monotonic() < deadline:

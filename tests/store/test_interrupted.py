@@ -25,7 +25,7 @@ from raymaps.traced import FaceIndex
 from tests.store.small_scenes import changed, lamp_in_a_room, write_scene
 
 REPOSITORY = Path(__file__).resolve().parents[2]
-RAYS, PORTION = 40_000, 500
+RAYS, PORTION = 20_000, 500
 
 
 def command(*arguments: object) -> list[str]:
@@ -78,7 +78,7 @@ def room(tmp_path_factory) -> Path:
 def whole(room, tmp_path_factory) -> str:
     """Content hash of an uninterrupted run, in other portions."""
     path = tmp_path_factory.mktemp("whole") / "whole.raymap"
-    return simulate(room, path, rays=RAYS, portion_rays=13_000, threads=2).content_hash
+    return simulate(room, path, rays=RAYS, portion_rays=9000, threads=2).content_hash
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -311,7 +311,7 @@ def test_the_map_is_free_again_after_a_run(room, tmp_path):
 def test_a_file_that_may_not_grow(room, whole, tmp_path):
     """As on a full disk, every write past a limit fails; that needs no privilege."""
     path = tmp_path / "m.raymap"
-    simulate(room, path, rays=10_000, portion_rays=PORTION)
+    simulate(room, path, rays=5000, portion_rays=PORTION)
 
     def limit() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (9000, 9000))
@@ -321,7 +321,7 @@ def test_a_file_that_may_not_grow(room, whole, tmp_path):
     assert len(done.stderr.strip().splitlines()) == 1
     assert "can't be written" in done.stderr
     assert "--resume" in done.stderr
-    assert RayMap.open(path).n_rays == 10_000
+    assert RayMap.open(path).n_rays == 5000
     assert sound(path)
     assert [p.name for p in (path / "portions").iterdir() if not p.name.isdigit()] == []
     assert simulate(room, path, rays=RAYS, resume=True).content_hash == whole
