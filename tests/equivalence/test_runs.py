@@ -145,7 +145,7 @@ def test_stored_columns_are_what_was_traced(scene, whole):
 
 
 def test_steps_of_a_signature_are_events_and_their_crossings_in_order(whole):
-    """Every signature starts with the emission and holds a source there only; crossings have a detector, events none."""
+    """A signature starts with the emission and holds a source there only; crossings have a detector, events none."""
     for portion in whole.portions:
         table = portion.signatures
         first = np.zeros(len(table.kind), bool)
