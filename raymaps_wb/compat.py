@@ -26,6 +26,7 @@ __all__ = [
     "exec_dialog",
     "flags_as_int",
     "icon_changed",
+    "loaded_icon",
     "primary_selection",
     "python_candidates",
     "set_coin_values",
@@ -75,6 +76,18 @@ def python_candidates():
         for name in names:
             found.append(os.path.join(folder, name + (".exe" if os.name == "nt" else "")))
     return [path for path in dict.fromkeys(found) if path and os.path.isfile(path) and os.access(path, os.X_OK)]
+
+
+def loaded_icon(path):
+    """Path of an icon for the tree, after FreeCAD has loaded it.
+
+    Without Qt's SVG plugin the tree of 1.1 finds only those icons that FreeCAD has read with its own means.
+    """
+    import FreeCADGui
+
+    if hasattr(FreeCADGui, "getIcon"):
+        FreeCADGui.getIcon(path)
+    return path
 
 
 def icon_changed(view_object):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """What our view providers have in common."""
 
+from raymaps_wb.compat import loaded_icon
 from raymaps_wb.paths import icon
 
 
@@ -17,7 +18,7 @@ class ViewProxy:
         self.Object = view.Object
 
     def getIcon(self):
-        return icon(self.ICON)
+        return loaded_icon(icon(self.ICON))
 
     def isShow(self):
         """Whether the tree shows the object as visible; what is never drawn is never hidden."""

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """ViewResult: the matching rays as one set of lines; the icon tells whether they still belong to the document."""
 
-from raymaps_wb.compat import icon_changed
+from raymaps_wb.compat import icon_changed, loaded_icon
 from raymaps_wb.gui.overlay import Overlay
 from raymaps_wb.paths import icon
 from raymaps_wb.viewproviders.base import DrawnViewProxy
@@ -24,7 +24,7 @@ class ViewResult(DrawnViewProxy):
 
     def getIcon(self):
         stale = getattr(getattr(self, "Object", None), "Stale", False)
-        return icon("result_stale" if stale else "result")
+        return loaded_icon(icon("result_stale" if stale else "result"))
 
     def updateData(self, obj, name):
         if name == "Stale" and getattr(obj, "ViewObject", None) is not None:
