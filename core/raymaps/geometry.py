@@ -186,7 +186,7 @@ def _read_parts(path: Path, where: str) -> list[tuple[str, NDArray[np.float64], 
             for node in nodes
             if isinstance(loaded.geometry[name], trimesh.Trimesh)
         ]
-    except Exception as error:  # noqa: BLE001  trimesh's readers raise whatever they stumble over
+    except Exception as error:
         raise SceneError(
             f"{where}: the file is damaged or not {path.suffix[1:].upper()} ({_one_line(error)})."
         ) from error

@@ -56,7 +56,8 @@ def start(rays, wave, tables, advance, origin, direction):
 def locate(rays, wave, tables, advance, hit_triangle, hit_distance):
     """Decide each hit in float64: sets the wave's state, hit triangle, distance and end point.
 
-    State `PENDING`: the ray arrives on a triangle; `LEFT`: it leaves the scene's box; `REJECTED`: the hit lies where
+    State `PENDING`: the ray arrives on a triangle; `LEFT`: it leaves the scene's box (from the ambient medium: one that
+    leaves from inside a body slipped out by an edge and is killed); `REJECTED`: the hit lies where
     the ray stands or behind it, and the search must go on past it.
 
     Parameters
@@ -79,7 +80,7 @@ def locate(rays, wave, tables, advance, hit_triangle, hit_distance):
         dx, dy, dz = wave.direction[i, 0], wave.direction[i, 1], wave.direction[i, 2]
         if triangle < 0:
             distance = _distance_to_box(px, py, pz, dx, dy, dz, tables.box)
-            wave.state[i] = _LEFT
+            wave.state[i] = _LEFT if wave.medium[i] == tables.ambient[0] else _MISMATCH
         else:
             nx, ny, nz = tables.plane[triangle, 0], tables.plane[triangle, 1], tables.plane[triangle, 2]
             cosine = dx * nx + dy * ny + dz * nz

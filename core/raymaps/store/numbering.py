@@ -154,7 +154,7 @@ def sum_light(source, event_offsets, light, account, sums):
     source, event_offsets : see `number_signatures`
     light : (n_events, 3 bands) float32, after each event
     account : (n_events,) int32
-        Account that the light lost at an event goes to; ``-1 - a`` if what is left after it goes to account a.
+        Account that the light lost at an event goes to; ``-1 - a`` if all light that arrives goes to account a.
     sums : (n_sources, n_accounts) float64, added to
     """
     for ray in range(len(source)):
@@ -162,7 +162,7 @@ def sum_light(source, event_offsets, light, account, sums):
         for row in range(event_offsets[ray], event_offsets[ray + 1]):
             after = np.float64(light[row, 0]) + np.float64(light[row, 1]) + np.float64(light[row, 2])
             if account[row] < 0:
-                sums[source[ray], -1 - account[row]] += after
+                sums[source[ray], -1 - account[row]] += before
             elif row > event_offsets[ray]:
                 sums[source[ray], account[row]] += before - after
             before = after
