@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -39,7 +40,7 @@ class Finding:
 def check(path: str | Path) -> tuple[Finding, ...]:
     """Check a map (a folder) or a scene (a file)."""
     path = Path(path)
-    return check_map(path) if path.is_dir() or path.suffix == ".raymap" else check_scene(path)
+    return check_map(path) if os.path.isdir(path) or path.suffix == ".raymap" else check_scene(path)
 
 
 def check_scene(path: str | Path) -> tuple[Finding, ...]:

@@ -62,25 +62,55 @@ Where = Annotated[str | None, typer.Option("--where", metavar="CRITERION", help=
 def main() -> None:
     """Run the command; ends the process with its exit code."""
     try:
-        app()
-    except RayMapsError as error:
-        _fail(str(error), 3)
-    except Interrupted as error:
-        _fail(str(error), 4)
-    except MemoryError:
-        _fail("There is not enough memory for this; ask about fewer rays, or trace with fewer threads.", 3)
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reader has gone, for instance `head`
-        sys.exit(0)
-
-
-def _fail(sentence: str, code: int) -> None:
-    print(f"raymaps: {sentence}", file=sys.stderr)
+        code = _run()
+        sys.stdout.flush()
+    except (_ReaderGone, BrokenPipeError):
+        _close_stdout()
+        code = 0
+    except OSError as error:
+        _close_stdout()
+        code = _tell(f"The output can't be written: {(error.strerror or str(error)).lower()}.", 3)
     sys.exit(code)
 
 
+def _run() -> int:
+    try:
+        app()
+    except SystemExit as done:  # how typer ends, also after wrong usage
+        return done.code if isinstance(done.code, int) else 0
+    except RayMapsError as error:
+        return _tell(str(error), 3)
+    except Interrupted as error:
+        return _tell(str(error), 4)
+    except MemoryError:
+        return _tell("There is not enough memory for this; ask about fewer rays, or trace with fewer threads.", 3)
+    return 0
+
+
+class _ReaderGone(Exception):  # noqa: N818  not an error
+    """Whoever read our output has enough, for instance ``head``."""
+
+
+def _say(text: str) -> None:
+    """Print a result on standard output."""
+    try:
+        print(text)
+    except BrokenPipeError:
+        raise _ReaderGone from None
+
+
+def _close_stdout() -> None:
+    """Let what can't be written any more go nowhere."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _tell(sentence: str, code: int) -> int:
+    print(f"raymaps: {sentence}", file=sys.stderr)
+    return code
+
+
 def _print_json(data: dict[str, Any]) -> None:
-    print(json.dumps(data, ensure_ascii=False))
+    _say(json.dumps(data, ensure_ascii=False))
 
 
 @app.command()
@@ -116,11 +146,11 @@ def trace(
         done = {"event": "done", "map": str(output), "rays": raymap.n_rays, "events": raymap.n_events}
         _print_json({**done, "elapsed_s": round(teller.elapsed_s, 3), **fluxes})
         return
-    print(
+    _say(
         f"{output}: {raymap.n_rays} rays, {raymap.n_events} events, {format_bytes(raymap.n_bytes)}, "
         f"{format_duration(teller.elapsed_s)}"
     )
-    print(_ledger_line(ledger))
+    _say(_ledger_line(ledger))
 
 
 def _ledger_line(ledger: Any) -> str:
@@ -233,7 +263,7 @@ def info(map_: MapFolder, as_json: AsJson = False) -> None:
     from raymaps.store import RayMap
 
     facts = map_info(RayMap.open(map_))
-    _print_json(facts.to_dict()) if as_json else print(facts.to_text())
+    _print_json(facts.to_dict()) if as_json else _say(facts.to_text())
 
 
 @app.command()
@@ -251,10 +281,10 @@ def query(
     if as_json:
         _print_json(found.to_dict())
         return
-    print(f"{found.rays} of {found.scanned} rays match: {format_flux(found.flux_w, found.flux_stderr_w)}")
+    _say(f"{found.rays} of {found.scanned} rays match: {format_flux(found.flux_w, found.flux_stderr_w)}")
     if found.rays:
         shown = found.ids[: 10 if limit is None else limit]
-        print("rays " + ", ".join(map(str, shown)) + (" ..." if len(shown) < found.rays else ""))
+        _say("rays " + ", ".join(map(str, shown)) + (" ..." if len(shown) < found.rays else ""))
 
 
 @app.command()
@@ -270,7 +300,7 @@ def paths(
 
     shown = limit if as_json or limit else 30
     table = distinct_paths(RayMap.open(map_), where, shown)
-    _print_json(table.to_dict()) if as_json else print(table.to_text())
+    _print_json(table.to_dict()) if as_json else _say(table.to_text())
 
 
 @app.command()
@@ -288,11 +318,11 @@ def report(
     histories = tell(RayMap.open(map_), where, limit)
     if output is not None:
         histories.write(output)
-        print(f"{output}: {len(histories.rays)} rays")
+        _say(f"{output}: {len(histories.rays)} rays")
     elif as_json:
         _print_json(histories.to_dict())
     else:
-        print(histories.to_text())
+        _say(histories.to_text())
 
 
 def _pair(text: str | None, option: str, separator: str = "x") -> tuple[int, int] | None:
@@ -341,7 +371,7 @@ def detector(
     )  # fmt: skip
     if output is not None:
         evaluated.write(output)
-    _print_json(evaluated.to_dict()) if as_json else print(evaluated.to_text())
+    _print_json(evaluated.to_dict()) if as_json else _say(evaluated.to_text())
 
 
 @app.command()
@@ -367,9 +397,9 @@ def explain(scene: SceneFile, as_json: AsJson = False) -> None:
         )
         return
     for effect in EFFECTS:
-        print(f"{'simulated' if effect.name in needed else 'not needed':<12}{effect.name:<20}{effect.summary}")
+        _say(f"{'simulated' if effect.name in needed else 'not needed':<12}{effect.name:<20}{effect.summary}")
         for reason in needed.get(effect.name, ()):
-            print(f"{'':<14}because of {reason}")
+            _say(f"{'':<14}because of {reason}")
 
 
 @app.command()
@@ -383,7 +413,7 @@ def view(
     from raymaps.results.pictures import view as draw
 
     draw(what, output, where, rays)
-    print(output)
+    _say(str(output))
 
 
 @app.command()
@@ -398,9 +428,9 @@ def check(what: SceneOrMap, as_json: AsJson = False) -> None:
     else:
         for finding in findings:
             if not finding.is_fault:
-                print(f"note: {finding.text}")
+                _say(f"note: {finding.text}")
         if not faults:
-            print(f"{what}: sound")
+            _say(f"{what}: sound")
     for text in faults[:3]:
         print(f"raymaps: {text}", file=sys.stderr)
     if len(faults) > 3:
@@ -414,7 +444,7 @@ def schema() -> None:
     """Print the JSON Schema of scene files."""
     from raymaps.scene import scene_json_schema
 
-    print(json.dumps(scene_json_schema(), indent=1))
+    _say(json.dumps(scene_json_schema(), indent=1))
 
 
 @app.command()

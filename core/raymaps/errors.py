@@ -59,7 +59,10 @@ class MissingPackageError(RayMapsError):
     """An optional package is needed and not installed."""
 
     def __init__(self, package: str, extra: str, purpose: str):
-        super().__init__(f"{purpose} needs the package '{package}': install it with  pip install 'raymaps[{extra}]'.")
+        super().__init__(
+            f"{purpose} needs the package '{package}', which is not installed: run  make environment  in the source "
+            f"tree, or install raymaps with its extra '{extra}'."
+        )
 
 
 class Interrupted(Exception):  # noqa: N818  not an error

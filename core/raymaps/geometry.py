@@ -175,9 +175,9 @@ def _read_parts(path: Path, where: str) -> list[tuple[str, NDArray[np.float64], 
     if path.suffix.lower() not in FORMATS:
         raise SceneError(f"{where}: '{path.suffix}' is not a geometry format that is read; use {', '.join(FORMATS)}.")
     if not os.path.isfile(path):
-        raise SceneError(f"{where}: there is no file of that name in '{path.parent}'.")
+        raise SceneError(f"{where}: there is no file of that name in the folder '{path.parent.absolute()}'.")
     is_obj = path.suffix.lower() == ".obj"
-    options = {"split_objects": True, "group_material": False} if is_obj else {}
+    options: dict[str, Any] = {"split_objects": True, "group_material": False} if is_obj else {}
     try:
         loaded = trimesh.load_scene(path, process=False, **options)
         placed = [

@@ -120,9 +120,10 @@ def simulate(
         raymap = RayMap.open(path)
         if n_rays != manifest.rays_asked:
             Manifest(**{**manifest.__dict__, "rays_asked": max(n_rays, raymap.n_rays)}).write(path)
-        missing = list(raymap.missing_rays(n_rays))
+        missing = raymap.missing_rays(n_rays)
         stored = raymap.n_rays
-        total = stored + sum(n for _, n in missing)
+        present = sum(max(0, min(p.first_ray + p.n_rays, n_rays) - p.first_ray) for p in raymap.portions)
+        total = stored + n_rays - min(present, n_rays)
         tracer = Tracer(compiled, manifest.seed)
 
         def trace_and_store(first_ray: int, n: int) -> int:
@@ -162,15 +163,14 @@ def _portion_rays(n_rays: int) -> int:
 
 
 def _in_threads(
-    work: Callable[[int, int], int], items: list[tuple[int, int]], threads: int, stop: threading.Event
+    work: Callable[[int, int], int], items: Iterator[tuple[int, int]], threads: int, stop: threading.Event
 ) -> Iterator[int]:
     """Results of the work as they come; a failure or a set ``stop`` lets only what has begun come to its end."""
-    remaining = iter(items)
     with ThreadPoolExecutor(threads, thread_name_prefix="trace") as pool:
         running: set[Future[int]] = set()
         try:
             while True:
-                while len(running) < threads and not stop.is_set() and (item := next(remaining, None)):
+                while len(running) < threads and not stop.is_set() and (item := next(items, None)):
                     running.add(pool.submit(work, *item))
                 if not running:
                     return

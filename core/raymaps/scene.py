@@ -362,16 +362,31 @@ def _no_constant(text: str) -> NoReturn:
 
 def _sentence(where: str, error: ValidationError) -> str:
     """The first fault of a validation as one sentence, with the number of the others."""
-    faults = error.errors(include_url=False, include_context=False)
-    first = faults[0]
-    place = _place(first["loc"])
-    message = first["msg"].removeprefix("Value error, ")
-    given = first.get("input")
-    got = "" if isinstance(given, dict | list | tuple) or given is None else f", got {_short(repr(given))}"
-    if first["type"] in ("value_error", "missing", "extra_forbidden", "union_tag_not_found"):
-        got = ""
-    more = f" ({len(faults) - 1} more faults)" if len(faults) > 1 else ""
-    return f"Scene '{where}'{place}: {_decapitalised(message)}{got}{more}."
+    faults = error.errors(include_url=False)
+    more = f" ({len(faults) - 1} more fault{'s' * (len(faults) > 2)})" if len(faults) > 1 else ""
+    return f"Scene '{where}'{_place(faults[0]['loc'])}: {_fault(faults[0])}{more}."
+
+
+def _fault(fault: Any) -> str:
+    """What is wrong, in our words where pydantic's are those of a programmer."""
+    context, given = fault.get("ctx", {}), fault.get("input")
+    words = {
+        "missing": "this field is missing",
+        "extra_forbidden": "there is no such field",
+        "union_tag_not_found": "the field 'kind' is missing",
+        "union_tag_invalid": f"unknown kind '{context.get('tag')}'; known: {context.get('expected_tags')}",
+        "too_short": f"at least {context.get('min_length')} must be given",
+        "model_type": "must be an object with fields",
+        "model_attributes_type": "must be an object with fields",
+        "dict_type": "must be an object with names",
+        "tuple_type": "must be a list",
+    }
+    if fault["type"] in words:
+        return words[fault["type"]]
+    message = _decapitalised(fault["msg"].removeprefix("Value error, ")).replace("input should", "must")
+    if fault["type"] == "value_error" or isinstance(given, dict | list | tuple) or given is None:
+        return message
+    return f"{message}, got {_short(repr(given))}"
 
 
 def _place(loc: tuple[int | str, ...]) -> str:

@@ -107,31 +107,36 @@ def _answer(raymap: RayMap, line: str) -> tuple[dict[str, Any] | None, bool]:
     try:
         request = json.loads(line)
     except (ValueError, RecursionError):
-        return _error(None, PARSE_ERROR, "The line is not valid JSON."), False
+        return _error({}, PARSE_ERROR, "The line is not valid JSON."), False
     if not isinstance(request, dict) or not isinstance(request.get("method"), str):
-        return _error(None, INVALID_REQUEST, "A request is a JSON object with a method, params and an id."), False
-    identity, method, params = request.get("id"), request["method"], request.get("params") or {}
+        return _error({}, INVALID_REQUEST, "A request is a JSON object with a method, params and an id."), False
+    method, params = request["method"], request.get("params") or {}
     if method == "shutdown":
-        return _result(identity, {}), True
-    if method not in METHODS:
+        answer = _result(request, {})
+    elif method not in METHODS:
         known = ", ".join([*METHODS, "shutdown"])
-        return _error(identity, METHOD_NOT_FOUND, f"There is no method '{method}'; known: {known}."), False
-    if not isinstance(params, dict):
-        return _error(identity, INVALID_PARAMS, f"The params of '{method}' must be an object of named values."), False
+        answer = _error(request, METHOD_NOT_FOUND, f"There is no method '{method}'; known: {known}.")
+    elif not isinstance(params, dict):
+        answer = _error(request, INVALID_PARAMS, f"The params of '{method}' must be an object of named values.")
+    else:
+        answer = _called(raymap, request, method, params)
+    return (answer if "id" in request else None), method == "shutdown"
+
+
+def _called(raymap: RayMap, request: dict[str, Any], method: str, params: dict[str, Any]) -> dict[str, Any]:
     try:
-        answer = _result(identity, METHODS[method](raymap, **params))
+        return _result(request, METHODS[method](raymap, **params))
     except RayMapsError as error:
-        answer = _error(identity, USER_ERROR, str(error))
+        return _error(request, USER_ERROR, str(error))
     except (TypeError, ValueError) as error:
-        answer = _error(identity, INVALID_PARAMS, f"The params of '{method}' can't be used: {error}.")
+        return _error(request, INVALID_PARAMS, f"The params of '{method}' can't be used: {error}.")
     except MemoryError:
-        answer = _error(identity, USER_ERROR, "There is not enough memory for this; ask about fewer rays.")
-    return (answer if "id" in request else None), False
+        return _error(request, USER_ERROR, "There is not enough memory for this; ask about fewer rays.")
 
 
-def _result(identity: Any, result: dict[str, Any]) -> dict[str, Any]:
-    return {"jsonrpc": "2.0", "id": identity, "result": result}
+def _result(request: dict[str, Any], result: dict[str, Any]) -> dict[str, Any]:
+    return {"jsonrpc": "2.0", "id": request.get("id"), "result": result}
 
 
-def _error(identity: Any, code: int, message: str) -> dict[str, Any]:
-    return {"jsonrpc": "2.0", "id": identity, "error": {"code": code, "message": message}}
+def _error(request: dict[str, Any], code: int, message: str) -> dict[str, Any]:
+    return {"jsonrpc": "2.0", "id": request.get("id"), "error": {"code": code, "message": message}}

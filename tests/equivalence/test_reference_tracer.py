@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """The wavefront over Embree gives ray for ray what a slow tracer gives; each kernel what its reference gives."""
 
-from typing import NamedTuple
-
 import numpy as np
 import pytest
 
@@ -14,24 +12,11 @@ from raymaps.kernels import directions, fresnel, medium_absorption
 from raymaps.kernels.random import IN_MEDIUM, uniforms
 from raymaps.kinds import EventKind
 from raymaps.scene import load_scene
-from raymaps.trace import Tracer, Wave
+from raymaps.trace import RunKey, Tracer, Wave
 from tests.equivalence.reference_tracer import ReferenceTracer
 from tests.equivalence.scenes import OUTSIDE, SOURCE_MEDIA, everything
 
 N_RAYS = 1_500
-
-
-class Tables(NamedTuple):
-    """All that the kernel of absorption reads of the tables."""
-
-    medium_absorption: np.ndarray
-
-
-class Key(NamedTuple):
-    """All that the kernel of absorption reads of the run's key."""
-
-    seed: np.uint64
-    first_ray: np.uint64
 
 
 @pytest.fixture(scope="module", params=[0.0, 0.2, 1.0])
@@ -137,7 +122,7 @@ def test_lambertian_kernel_is_its_reference():
     assert ((fast * normal).sum(axis=1) > 0).all()
 
 
-def test_absorption_kernel_draws_the_share_of_its_reference():
+def test_absorption_kernel_draws_the_share_of_its_reference(compared):
     """Rays are absorbed if and only if their uniform number lies below the reference's share; the others keep the
     expectation of each band: light · share that gets through = light · exp(-a d).
     """
@@ -148,7 +133,8 @@ def test_absorption_kernel_draws_the_share_of_its_reference():
     wave.light[:], wave.distance[:] = light, rng.exponential(2, n)
     wave.direction[:, 2] = 1
     absorption = np.array([[0.1, 0.6, 1.5]])
-    tables, key = Tables(absorption), Key(np.uint64(9), np.uint64(77))
+    tables = compared[0].tables._replace(medium_absorption=absorption)
+    key = RunKey(np.uint64(9), np.uint64(77), 0.0)
     distance = wave.distance.copy()
     medium_absorption.run(np.arange(n, dtype=np.int32), wave, tables, key, 3)
     u = np.array([uniforms(np.uint64(9), np.uint64(77 + i), 3, IN_MEDIUM)[0] for i in range(n)])

@@ -44,6 +44,7 @@ def test_unknown_name_lists_at_most_twelve():
 def test_missing_package_tells_the_command():
     error = errors.MissingPackageError("pyvista", "pictures", "A picture of the scene")
     assert str(error) == (
-        "A picture of the scene needs the package 'pyvista': install it with  pip install 'raymaps[pictures]'."
+        "A picture of the scene needs the package 'pyvista', which is not installed: run  make environment  in the "
+        "source tree, or install raymaps with its extra 'pictures'."
     )
     assert isinstance(error, errors.RayMapsError)

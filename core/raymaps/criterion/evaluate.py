@@ -93,6 +93,8 @@ def bind(criterion: tree.Criterion | str, names: Names) -> Bound:
     """
     if isinstance(criterion, str):
         criterion = parse_criterion(criterion)
+    if not isinstance(criterion, tree.Criterion):
+        raise CriterionError(f"A criterion is a text, got a value of type {type(criterion).__name__}.")
     if isinstance(criterion, tree.Not):
         return _Negation(criterion, bind(criterion.operand, names))
     if isinstance(criterion, tree.And | tree.Or):

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from raymaps.errors import OutputError
@@ -41,7 +41,8 @@ def new_file(path: str | Path) -> Iterator[Path]:
         reason = (error.strerror or str(error)).lower()
         raise OutputError(f"File '{path}' can't be written: {reason}. Name another place.") from error
     finally:
-        making.unlink(missing_ok=True)
+        with suppress(OSError):
+            making.unlink()
 
 
 def write_text(path: str | Path, text: str) -> Path:

@@ -29,6 +29,8 @@ __all__ = ["MAP_FORMAT", "MAP_VERSION", "Manifest", "MapWriter", "RayMap"]
 MAP_FORMAT = "raymaps-map"
 MAP_VERSION = 1
 MANIFEST_FILE, SCENE_FILE, PORTIONS_FOLDER = "manifest.json", "scene.json", "portions"
+#: Held by the run that writes to the map; never replaced, so that two runs can't hold two of it.
+LOCK_FILE = ".lock"
 
 
 @dataclass(frozen=True)
@@ -253,11 +255,19 @@ class MapWriter:
     @contextlib.contextmanager
     def alone(self) -> Iterator[None]:
         """Hold the map against other runs and clear away what killed ones left; raises `OutputError` if one is busy."""
-        with open(self.path / MANIFEST_FILE, "rb") as lock:
+        try:
+            lock = open(self.path / LOCK_FILE, "ab")  # noqa: SIM115  held by the with below
+        except OSError as error:
+            raise OutputError(
+                f"Ray Map '{self.path}' can't be written: {(error.strerror or str(error)).lower()}."
+            ) from error
+        with lock:
             if not _locked(lock.fileno()):
                 raise OutputError(f"Ray Map '{self.path}' is being written by another run: wait for it or stop it.")
             for left in (self.path / PORTIONS_FOLDER).glob(".making-*"):
                 shutil.rmtree(left, ignore_errors=True)
+            for left in self.path.glob(f".{MANIFEST_FILE}-*"):
+                left.unlink(missing_ok=True)
             yield
 
     def write(self, history: TracedPortion) -> PortionSummary:
