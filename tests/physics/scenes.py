@@ -109,7 +109,11 @@ def prism(apex_rad: float, side: float, length: float) -> Shape:
     half, low = side * math.sin(apex_rad / 2), -side * math.cos(apex_rad / 2)
     section = np.array([[0, 0], [-half, low], [half, low]], float)
     vertices = np.array([[x, y, z] for y in (-length / 2, length / 2) for x, z in section])
-    mesh = trimesh.convex.convex_hull(vertices)
+    quads = ((0, 3, 4, 1), (0, 2, 5, 3), (1, 4, 5, 2))
+    triangles = [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))] + [(0, 1, 2), (3, 5, 4)]
+    mesh = trimesh.Trimesh(vertices, triangles, process=False)
+    if mesh.volume < 0:
+        mesh.invert()
     x, z = mesh.face_normals[:, 0], mesh.face_normals[:, 2]
     which = np.where((z > 1e-6) & (x < 0), 0, np.where((z > 1e-6) & (x > 0), 1, 2))
     return shape_of(mesh).grouped(which, ("left", "right", "rest"))
