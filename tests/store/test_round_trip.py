@@ -286,14 +286,15 @@ def test_ledger_of_a_portion_is_what_its_events_lost(workshop_map):
             rows = range(portion.event_offsets[ray], portion.event_offsets[ray + 1])
             for before, row in zip(rows, rows[1:], strict=False):
                 step = steps[row]
-                kind, light = EventKind(table.kind[step]), float(portion.light[row].astype(float).sum())
-                lost = float(portion.light[before].astype(float).sum()) - light
+                kind = EventKind(table.kind[step])
+                arriving, left = (float(portion.light[r].astype(float).sum()) for r in (before, row))
+                lost = arriving - left
                 if kind == EventKind.LEFT:
-                    key, lost = (source, "escaped", 0), light
+                    key, lost = (source, "escaped", 0), arriving
                 elif kind == EventKind.MEDIUM_ABSORPTION:
                     key = (source, "medium", int(table.medium[step]))
                 elif kind >= EventKind.KILLED_DEPTH:
-                    key, lost = (source, "killed", int(kind)), light
+                    key, lost = (source, "killed", int(kind)), arriving
                 else:
                     key = (source, "body", int(table.body[step]))
                 sums[key] = sums.get(key, 0.0) + lost

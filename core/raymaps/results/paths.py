@@ -8,7 +8,6 @@ ask for; it comes from the signatures, without any event.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -130,14 +129,14 @@ def distinct_paths(ray_map: RayMap, where: Criterion | str | None = None, limit:
         ray_map.source_flux_w[source][None], ray_map.rays_of_source[source][None], n_rays[None], n_rays[None]
     )
     order = sorted(range(len(keys)), key=lambda i: (-flux_w[i], -n_rays[i], keys[i]))
-    names = ray_map.names
+    names, words = ray_map.names, dict[bytes, str]()
     return PathTable(
         criterion=None if where is None else format_criterion(bound.criterion),
         n_paths=len(keys),
         rays=int(n_rays.sum()),
         paths=tuple(
             DistinctPath(
-                signature=" > ".join(_describe(_steps_of(keys[i]), names)),
+                signature=_signature_text(keys[i], names, words),
                 source=names.sources[source[i]],
                 rays=int(n_rays[i]),
                 flux_w=float(flux_w[i]),
@@ -173,18 +172,23 @@ def _steps_of(key: bytes) -> NDArray[np.void]:
     return np.frombuffer(key, _STEP)
 
 
-def _describe(steps: NDArray[np.void], names: Names) -> Iterator[str]:
-    """The steps of a path in words that a reader of criteria knows."""
-    for step in steps:
-        kind = EventKind(step["kind"])
-        if kind is EventKind.EMISSION:
-            yield names.sources[step["source"]]
-        elif kind is EventKind.CROSSING:
-            detector = names.detectors[step["detector"]]
-            yield f"[{detector}]" if step["registered"] == 1 else f"({detector})"
-        elif kind in _IN_MEDIUM:
-            yield f"{names.media[step['medium']]} {kind.label}"
-        elif step["face"] != NONE:
-            yield f"{names.face_label(step['face'])} {kind.label}"
-        else:
-            yield kind.label
+def _signature_text(key: bytes, names: Names, words: dict[bytes, str]) -> str:
+    """A path in words that a reader of criteria knows; ``words`` keeps those of the steps met so far."""
+    steps = [key[at : at + _STEP.itemsize] for at in range(0, len(key), _STEP.itemsize)]
+    for step in set(steps) - words.keys():
+        words[step] = _describe(_steps_of(step)[0], names)
+    return " > ".join(words[step] for step in steps)
+
+
+def _describe(step: np.void, names: Names) -> str:
+    kind = EventKind(step["kind"])
+    if kind is EventKind.EMISSION:
+        return names.sources[step["source"]]
+    if kind is EventKind.CROSSING:
+        detector = names.detectors[step["detector"]]
+        return f"[{detector}]" if step["registered"] == 1 else f"({detector})"
+    if kind in _IN_MEDIUM:
+        return f"{names.media[step['medium']]} {kind.label}"
+    if step["face"] != NONE:
+        return f"{names.face_label(step['face'])} {kind.label}"
+    return kind.label

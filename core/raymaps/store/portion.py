@@ -19,7 +19,6 @@ from raymaps.errors import MapError
 from raymaps.kinds import KILL_REASONS, EventKind
 from raymaps.names import Names
 from raymaps.store.columns import COLUMNS, REMEDY, pack_columns, read_columns
-from raymaps.store.numbering import hash_rays, number_signatures, sum_light
 from raymaps.store.sealed import seal, unseal
 from raymaps.store.signatures import NONE, SignatureTable
 from raymaps.traced import FaceIndex, TracedPortion
@@ -132,6 +131,8 @@ def write_portion(folder: Path, history: TracedPortion, n_sources: int, faces: F
     OSError
         If it can't be written; then nothing of it is left.
     """
+    from raymaps.store.numbering import hash_rays, number_signatures  # compiled: only where it is needed
+
     n_rays = len(history.source)
     face = np.where(history.triangle >= 0, np.append(faces.triangle_face, NONE)[history.triangle], NONE)
     event_code = _step_code(history.kind, face, history.medium, np.zeros(len(face)))
@@ -207,6 +208,8 @@ def _ledger(
     history: TracedPortion, n_sources: int, face: NDArray[np.int32], face_body: NDArray[np.int32]
 ) -> tuple[LedgerEntry, ...]:
     """Where each source's light went, summed over the portion's rays."""
+    from raymaps.store.numbering import sum_light
+
     n_bodies = int(face_body.max()) + 1 if len(face_body) else 0
     n_media = int(history.medium.max()) + 1
     accounts = [
@@ -375,6 +378,8 @@ class Portion:
 
     def content(self) -> tuple[int, int]:
         """Hash of the portion's rays, computed from what is stored now; compare with ``summary.content``."""
+        from raymaps.store.numbering import hash_rays
+
         table = self.signatures
         step = self.event_step
         zero = np.zeros(self.n_events)
