@@ -48,7 +48,7 @@ def check_scene(path: str | Path) -> tuple[Finding, ...]:
     try:
         scene = load_scene(path)
     except SceneError as error:
-        return (Finding(str(error), is_fault=True),)
+        return tuple(Finding(fault, is_fault=True) for fault in error.faults)
     return (*_geometry_findings(scene), *_unused(scene))
 
 

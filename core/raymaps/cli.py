@@ -52,6 +52,9 @@ class StoredLight(str, Enum):
     rgb = "rgb"
 
 
+#: Faults that ``check`` tells in words.
+MAX_FAULTS = 10
+
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file, NAME.scene.json.", show_default=False)]
 MapFolder = Annotated[Path, typer.Argument(metavar="MAP", help="Ray Map, NAME.raymap.", show_default=False)]
 SceneOrMap = Annotated[Path, typer.Argument(metavar="SCENE|MAP", help="Scene file or Ray Map.", show_default=False)]
@@ -431,10 +434,10 @@ def check(what: SceneOrMap, as_json: AsJson = False) -> None:
                 _say(f"note: {finding.text}")
         if not faults:
             _say(f"{what}: sound")
-    for text in faults[:3]:
+    for text in faults[:MAX_FAULTS]:
         print(f"raymaps: {text}", file=sys.stderr)
-    if len(faults) > 3:
-        print(f"raymaps: and {len(faults) - 3} more faults.", file=sys.stderr)
+    if len(faults) > MAX_FAULTS:
+        print(f"raymaps: and {len(faults) - MAX_FAULTS} more faults, all in --json.", file=sys.stderr)
     if faults:
         raise typer.Exit(3)
 

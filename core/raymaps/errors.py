@@ -36,7 +36,14 @@ class RayMapsError(Exception):
 
 
 class SceneError(RayMapsError):
-    """A scene file, its geometry or its optical properties can't be used."""
+    """A scene file, its geometry or its optical properties can't be used.
+
+    ``faults`` holds a sentence for each fault where more than one was found.
+    """
+
+    def __init__(self, sentence: str, faults: tuple[str, ...] = ()):
+        super().__init__(sentence)
+        self.faults = faults or (sentence,)
 
 
 class MapError(RayMapsError):

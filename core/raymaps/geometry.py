@@ -175,7 +175,7 @@ def _read_parts(path: Path, where: str) -> list[tuple[str, NDArray[np.float64], 
     if path.suffix.lower() not in FORMATS:
         raise SceneError(f"{where}: '{path.suffix}' is not a geometry format that is read; use {', '.join(FORMATS)}.")
     if not os.path.isfile(path):
-        raise SceneError(f"{where}: there is no file of that name in the folder '{path.parent.absolute()}'.")
+        raise SceneError(f"{where}: there is no file of that name beside the scene.")
     is_obj = path.suffix.lower() == ".obj"
     options: dict[str, Any] = {"split_objects": True, "group_material": False} if is_obj else {}
     try:

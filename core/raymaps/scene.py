@@ -325,7 +325,9 @@ def scene_from_dict(data: Any, where: str = "scene") -> Scene:
     try:
         return Scene.model_validate(data)
     except ValidationError as error:
-        raise SceneError(_sentence(where, error)) from None
+        faults = _faults(where, error)
+        more = f" ({len(faults) - 1} more fault{'s' * (len(faults) > 2)})" if len(faults) > 1 else ""
+        raise SceneError(f"{faults[0]}{more}.", tuple(f"{fault}." for fault in faults)) from None
     except RecursionError:
         raise SceneError(f"Scene '{where}': it is nested too deeply to be a scene.") from None
 
@@ -360,11 +362,15 @@ def _no_constant(text: str) -> NoReturn:
     raise ValueError(f"{text} is not a number that a scene can hold")
 
 
-def _sentence(where: str, error: ValidationError) -> str:
-    """The first fault of a validation as one sentence, with the number of the others."""
-    faults = error.errors(include_url=False)
-    more = f" ({len(faults) - 1} more fault{'s' * (len(faults) > 2)})" if len(faults) > 1 else ""
-    return f"Scene '{where}'{_place(faults[0]['loc'])}: {_fault(faults[0])}{more}."
+def _faults(where: str, error: ValidationError) -> list[str]:
+    """Every fault of a validation; one that all bands share, because one number stands for them, is told once."""
+    found = [(fault["loc"], _fault(fault)) for fault in error.errors(include_url=False)]
+    bands = [(loc[:-1], text) if loc and isinstance(loc[-1], int) else None for loc, text in found]
+    faults = {
+        (loc[:-1] if band is not None and bands.count(band) == 3 else loc, text): None
+        for (loc, text), band in zip(found, bands, strict=True)
+    }
+    return [f"Scene '{where}'{_place(loc)}: {text}" for loc, text in faults]
 
 
 def _fault(fault: Any) -> str:
