@@ -176,9 +176,9 @@ def _source(obj, name, names, emitting):
     if obj.Kind == "Faces":
         return {**source, **_emission(emitting[obj], where, names)}
     placement = global_placement(obj)
-    source["position_mm"] = list(placement.Base)
+    source["position_mm"] = _position_mm(placement)
     if obj.Kind in ("Cone", "Disc"):
-        source["direction"] = list(placement.Rotation.multVec(FreeCAD.Vector(0, 0, 1)))
+        source["direction"] = _direction(placement, 0, 0, 1)
     if obj.Kind == "Cone":
         source["half_angle_deg"] = float(obj.HalfAngle)
     if obj.Kind == "Disc":
@@ -204,15 +204,25 @@ def _detector(obj):
     placement = global_placement(obj)
     return {
         "kind": "rectangle",
-        "center_mm": list(placement.Base),
-        "normal": list(placement.Rotation.multVec(FreeCAD.Vector(0, 0, 1))),
-        "x_axis": list(placement.Rotation.multVec(FreeCAD.Vector(1, 0, 0))),
+        "center_mm": _position_mm(placement),
+        "normal": _direction(placement, 0, 0, 1),
+        "x_axis": _direction(placement, 1, 0, 0),
         "width_mm": float(obj.Width),
         "height_mm": float(obj.Height),
         "resolution": [obj.ResolutionX, obj.ResolutionY],
         "side": obj.Side.lower(),
         "max_angle_deg": float(obj.MaxAngle),
     }
+
+
+def _position_mm(placement):
+    """Where a placement is, without the noise of its computation."""
+    return [round(value, 9) + 0.0 for value in placement.Base]
+
+
+def _direction(placement, x, y, z):
+    """Where a local direction points to; a rotation that a document kept differs in the last digits."""
+    return [round(value, 12) + 0.0 for value in placement.Rotation.multVec(FreeCAD.Vector(x, y, z))]
 
 
 def global_placement(obj):

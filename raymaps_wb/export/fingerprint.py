@@ -7,6 +7,7 @@ area, centre and some points; rounded, because a document keeps 15 digits.
 
 import hashlib
 import json
+import math
 
 from raymaps_wb.export.bodies import shape_of
 from raymaps_wb.export.description import describe
@@ -81,9 +82,17 @@ def _point(vector):
 
 
 def _rounded(data):
-    """Floats with 12 digits, so that what a file keeps and what memory holds compare equal."""
+    """Floats with 12 digits, so that what a file keeps and what memory holds compare equal.
+
+    Numbers of one list, such as a direction, are rounded by the largest of them: what is noise beside it is zero.
+    """
     if isinstance(data, float):
         return float(f"{data:.12g}") + 0.0
+    if isinstance(data, (list, tuple)) and data and all(isinstance(value, float) for value in data):
+        largest = max(abs(value) for value in data)
+        if 0 < largest < math.inf:
+            digits = 11 - math.floor(math.log10(largest))
+            return [round(value, digits) + 0.0 for value in data]
     if isinstance(data, dict):
         return {key: _rounded(value) for key, value in data.items()}
     if isinstance(data, (list, tuple)):

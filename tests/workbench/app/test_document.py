@@ -35,6 +35,21 @@ class DocumentsTest(DocumentTest):
         document = self.reopened(document)
         self.assertEqual(fingerprint(studies(document)[0]), before)
 
+    def test_a_turned_detector_is_the_same_after_reopening(self):
+        study, _, _ = self.full_study()
+        detector = members(study, "RayMaps::Detector")[0]
+        turned = [FreeCAD.Rotation(self.vector(0, 0, 1), self.vector(*to)) for to in ((0, 0, -1), (0, 1, 0), (1, 2, 3))]
+        turned.append(FreeCAD.Rotation(0, 1, 0, 6.1e-17))
+        for rotation in turned:
+            detector.Placement = FreeCAD.Placement(self.vector(1e-17, 0.1 + 0.2, 1000 / 3), rotation)
+            before, (scene, _) = fingerprint(study), self.export(study)
+            study = studies(self.reopened(study.Document))[0]
+            self.assertEqual(fingerprint(study), before, rotation.Q)
+            self.assertEqual(self.export(study)[0]["detectors"], scene["detectors"])
+            detector = members(study, "RayMaps::Detector")[0]
+        detector.Placement.Rotation = FreeCAD.Rotation(0, 1, 0, 6.1e-17)
+        self.assertEqual(self.export(study)[0]["detectors"]["Detector"]["normal"], [0, 0, -1])
+
     def test_renaming_keeps_references(self):
         study, lens, _ = self.full_study()
         lens.Label = "Front lens"
