@@ -20,6 +20,15 @@ def active_study():
     return found[0] if found else None
 
 
+PREFIX = "Ray Maps: "
+
+
+def is_own_step_open():
+    """Whether the open step of undo is that of a task panel of ours."""
+    step = FreeCAD.getActiveTransaction()
+    return bool(step) and step[0].startswith(PREFIX)
+
+
 class Transaction:
     """One step of undo; taken back as a whole if anything in it fails.
 

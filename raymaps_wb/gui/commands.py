@@ -10,7 +10,7 @@ from raymaps_wb.compat import QtWidgets, translate
 from raymaps_wb.errors import WorkbenchError
 from raymaps_wb.export.check import check_study
 from raymaps_wb.export.writer import export_study, file_stem
-from raymaps_wb.gui.active import Transaction, active_study
+from raymaps_wb.gui.active import PREFIX, Transaction, active_study
 from raymaps_wb.objects.detector import make_detector
 from raymaps_wb.objects.medium import make_medium
 from raymaps_wb.objects.references import set_references
@@ -58,6 +58,9 @@ class NewStudy(Command):
 class NewMember(StudyCommand):
     """Base of commands that add an object to the study and open its task panel."""
 
+    def IsActive(self):
+        return super().IsActive() and not FreeCADGui.Control.activeDialog()
+
     def make(self, document, study):
         """The new object."""
         raise NotImplementedError
@@ -68,13 +71,18 @@ class NewMember(StudyCommand):
         study = active_study()
         picked = [(obj, sub) for obj, sub in primary_selection() if not hasattr(getattr(obj, "Proxy", None), "TYPE")]
         placement = self.placement(picked)
-        with Transaction(study.Document, f"Ray Maps: {self.TEXT.lower()}"):
+        # The panel ends the step: making the object and editing it are one, and Cancel takes both back.
+        study.Document.openTransaction(f"{PREFIX}{self.TEXT.lower()}")
+        try:
             obj = self.make(study.Document, study)
             if "References" in obj.PropertiesList and picked:
                 self.refer(obj, picked)
             if placement is not None and "Placement" in obj.PropertiesList:
                 obj.Placement = placement
-        FreeCADGui.getDocument(obj.Document.Name).setEdit(obj.Name, 0)
+        except BaseException:
+            study.Document.abortTransaction()
+            raise
+        obj.ViewObject.Proxy.edit_new(obj)
 
     def refer(self, obj, picked):
         """Take over what is selected."""
@@ -158,7 +166,8 @@ class Check(StudyCommand):
             if problem.obj is not None:
                 FreeCADGui.Selection.addSelection(problem.obj)
         marks = ["<li><b>" + p.text + "</b></li>" if p.blocks else "<li>" + p.text + "</li>" for p in problems]
-        text = f"<p>{translate('Bold: must be put right before a run.')}</p><ul>{''.join(marks)}</ul>"
+        bold = f"<p>{translate('Bold: must be put right before a run.')}</p>" if problems[0].blocks else ""
+        text = f"{bold}<ul>{''.join(marks)}</ul>"
         QtWidgets.QMessageBox.warning(FreeCADGui.getMainWindow(), translate("Check study"), text)
 
 

@@ -10,7 +10,7 @@ from raymaps_wb.compat import QtCore, user_data_folder
 from raymaps_wb.errors import TracerError, WorkbenchError
 from raymaps_wb.export.check import check_study
 from raymaps_wb.export.writer import export_study, file_stem
-from raymaps_wb.gui.active import Transaction
+from raymaps_wb.gui.active import Transaction, is_own_step_open
 from raymaps_wb.gui.staleness import update_stale
 from raymaps_wb.objects.result import make_result, map_folder, result_of, set_map_folder
 from raymaps_wb.tracer.server import MapServer
@@ -109,6 +109,8 @@ class StudySession(QtCore.QObject):
 
     def _keep(self, study, outcome):
         """Make the new map the study's result."""
+        if is_own_step_open():  # of a task panel: its Cancel must not take the result away
+            study.Document.commitTransaction()
         with Transaction(study.Document, "Ray Maps: result of a run"):
             result = result_of(study) or make_result(study.Document, study)
             set_map_folder(result, outcome.map_folder)

@@ -7,6 +7,7 @@ import FreeCAD
 import FreeCADGui
 
 from raymaps_wb.compat import QtGui, QtWidgets, flags_as_int, primary_selection, translate
+from raymaps_wb.gui.active import PREFIX, is_own_step_open
 from raymaps_wb.paths import icon
 from raymaps_wb.taskpanels.editors import EDITORS, label_of
 
@@ -19,7 +20,8 @@ class ObjectPanel:
     LEFT_OUT: tuple[str, ...] = ()
 
     def __init__(self, obj):
-        self.obj = obj
+        self.obj, self._is_new = obj, False
+        self._document, self._object = obj.Document.Name, obj.Name
         self.form = QtWidgets.QWidget()
         self.form.setWindowTitle(self.TITLE or obj.Label)
         self.form.setWindowIcon(QtGui.QIcon(icon(self.ICON)))
@@ -66,6 +68,18 @@ class ObjectPanel:
                 self.editors[prop.name].widget.setVisible(visible)
                 self._labels[prop.name].setVisible(visible)
 
+    def begin(self, is_new):
+        """Open the step of undo that OK or Cancel ends; for a new object it is open since the object was made."""
+        self._is_new = is_new
+        if not is_new:
+            self.obj.Document.openTransaction(f"{PREFIX}edit {self.obj.Label}")
+
+    def check(self):
+        """Raise ValueError in words if something that was typed can't be written."""
+        for editor in self.editors.values():
+            if hasattr(editor, "value"):
+                editor.value()
+
     def write(self):
         """Write all editors to the object; raises ValueError in words."""
         self.obj.Label = self._name.text().strip() or self.obj.Label
@@ -73,22 +87,43 @@ class ObjectPanel:
             editor.write(self.obj)
 
     def accept(self):
-        document = self.obj.Document
-        document.openTransaction(f"Ray Maps: edit {self.obj.Label}")
+        document = self._document_with_object()
+        if document is None:  # undone meanwhile
+            self._close()
+            return True
         try:
-            self.write()
+            self.check()
         except ValueError as error:
-            document.abortTransaction()
             self._message.setText(str(error))
             return False
+        if not is_own_step_open():  # something else ended it, such as an undo or a save
+            document.openTransaction(f"{PREFIX}edit {self.obj.Label}")
+        self.write()
         document.commitTransaction()
         document.recompute()
-        FreeCADGui.getDocument(document.Name).resetEdit()
+        self._close()
         return True
 
     def reject(self):
-        FreeCADGui.getDocument(self.obj.Document.Name).resetEdit()
+        document = self._document_with_object()
+        if document is not None and is_own_step_open():
+            document.abortTransaction()
+        self._close()
+        document = self._document_with_object()
+        if document is not None and self._is_new:  # its step was ended meanwhile, by a run that was done for instance
+            document.openTransaction(f"{PREFIX}cancel")
+            document.removeObject(self._object)
+            document.commitTransaction()
         return True
+
+    def _document_with_object(self):
+        """The document; None if the object is not in it any more."""
+        document = FreeCAD.listDocuments().get(self._document)
+        return document if document is not None and document.getObject(self._object) is not None else None
+
+    def _close(self):
+        if self._document in FreeCAD.listDocuments():
+            FreeCADGui.getDocument(self._document).resetEdit()
 
     def getStandardButtons(self):
         return flags_as_int(QtWidgets.QDialogButtonBox.Ok | QtWidgets.QDialogButtonBox.Cancel)
@@ -110,9 +145,7 @@ class ObjectPanel:
             self._message.setText(translate("Select a face in the 3D view first."))
             return
         self._message.setText("")
-        self.obj.Document.openTransaction(f"Ray Maps: place {self.obj.Label}")
         self.obj.Placement = placement
-        self.obj.Document.commitTransaction()
 
 
 def placement_on_selected_face(facing=1, gap_mm=0.05):

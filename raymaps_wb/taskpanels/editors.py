@@ -15,8 +15,12 @@ class NumberEditor:
         self.widget = QtWidgets.QLineEdit(f"{getattr(obj, prop.name):.12g}")
         self.widget.setValidator(QtGui.QDoubleValidator(self.widget))
 
+    def value(self):
+        """What was typed; raises ValueError in words."""
+        return _number(self.widget.text(), self.prop)
+
     def write(self, obj):
-        setattr(obj, self.prop.name, _number(self.widget.text(), self.prop))
+        setattr(obj, self.prop.name, self.value())
 
 
 class IntegerEditor:
@@ -70,9 +74,12 @@ class NumbersEditor:
         self.widget = QtWidgets.QLineEdit(" ".join(f"{value:.12g}" for value in getattr(obj, prop.name)))
         self.widget.setPlaceholderText(translate("one value, or red green blue"))
 
+    def value(self):
+        """What was typed; raises ValueError in words."""
+        return [_number(word, self.prop) for word in self.widget.text().replace(";", " ").split()]
+
     def write(self, obj):
-        words = self.widget.text().replace(";", " ").split()
-        setattr(obj, self.prop.name, [_number(word, self.prop) for word in words])
+        setattr(obj, self.prop.name, self.value())
 
 
 class ReferencesEditor:

@@ -38,10 +38,18 @@ class SurfacePropertyPanel(ObjectPanel):
         for widget in (self._table, self._table_label):
             widget.setVisible(kind == "Mixture")
 
+    def check(self):
+        super().check()
+        if self.editors["Kind"].widget.currentText() == "Mixture":
+            self._mixture()
+
     def write(self):
         super().write()
-        if self.obj.Kind != "Mixture":
-            return
+        if self.obj.Kind == "Mixture":
+            self.obj.Parts, self.obj.Weights = self._mixture()
+
+    def _mixture(self):
+        """(parts, weights) as typed; raises ValueError in words."""
         parts, weights = [], []
         for row, other in enumerate(self._others):
             text = self._table.item(row, 1).text().replace(",", ".")
@@ -52,4 +60,4 @@ class SurfacePropertyPanel(ObjectPanel):
             if weight:
                 parts.append(other)
                 weights.append(weight)
-        self.obj.Parts, self.obj.Weights = parts, weights
+        return parts, weights

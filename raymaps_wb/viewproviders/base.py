@@ -27,6 +27,16 @@ class ViewProxy:
     def panel(self, obj):
         """Task panel that edits the object; None if it has none."""
 
+    def edit_new(self, obj):
+        """Open the task panel of an object that was just made within a step of undo that is still open."""
+        import FreeCADGui
+
+        self._is_new = True
+        try:
+            FreeCADGui.getDocument(obj.Document.Name).setEdit(obj.Name, 0)
+        finally:
+            self._is_new = False
+
     def setEdit(self, view, mode=0):
         import FreeCADGui
 
@@ -35,6 +45,7 @@ class ViewProxy:
         panel = self.panel(view.Object)
         if panel is None:
             return False
+        panel.begin(getattr(self, "_is_new", False))
         FreeCADGui.Control.showDialog(panel)
         return True
 

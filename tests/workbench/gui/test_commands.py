@@ -1,17 +1,21 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Commands, task panels and what the objects look like."""
 
+from unittest import mock
+
 import FreeCAD
 import FreeCADGui
 
 from gui.window import WindowTest, spin, wait_until
 from raymaps_wb.compat import QtWidgets
 from raymaps_wb.gui import dock
+from raymaps_wb.gui.active import Transaction
 from raymaps_wb.gui.commands import COMMANDS
 from raymaps_wb.gui.examples import criteria, quoted
 from raymaps_wb.objects.references import reference_list
 from raymaps_wb.objects.source import make_source
 from raymaps_wb.objects.study import members, studies
+from raymaps_wb.taskpanels.base import ObjectPanel
 
 
 class CommandsTest(WindowTest):
@@ -62,6 +66,68 @@ class CommandsTest(WindowTest):
             self.assertEqual(len(study.Group), n_left)
         self.document.undo()
         self.assertEqual(studies(self.document), [])
+
+    def new(self, command):
+        """Press a command that makes an object; the task panel that it opened."""
+        FreeCADGui.Selection.clearSelection()
+        before = set(studies(self.document)[0].Group)
+        with mock.patch.object(ObjectPanel, "begin", autospec=True, side_effect=ObjectPanel.begin) as begin:
+            FreeCADGui.runCommand(command)
+        spin(0.05)
+        (obj,) = set(studies(self.document)[0].Group) - before
+        return obj, begin.call_args[0][0]
+
+    def test_cancel_takes_a_new_object_away(self):
+        study, _, _ = self.full_study()
+        before = [obj.Name for obj in self.document.Objects]
+        for name in ("SurfaceProperty", "Medium", "Source", "Detector"):
+            _, panel = self.new("RayMaps_" + name)
+            self.assertTrue(panel.reject())
+            FreeCADGui.Control.closeDialog()
+            spin(0.05)
+            self.assertEqual([obj.Name for obj in self.document.Objects], before, name)
+            self.assertEqual(len(study.Group), 4)
+
+    def test_cancel_takes_a_new_object_away_after_a_run_was_kept(self):
+        study, _, _ = self.full_study()
+        _, panel = self.new("RayMaps_Source")
+        with Transaction(self.document, "Ray Maps: edit something else"):
+            pass
+        self.document.commitTransaction()
+        panel.reject()
+        self.assertEqual(len(members(study, "RayMaps::Source")), 1)
+
+    def test_making_and_editing_is_one_step(self):
+        study, _, _ = self.full_study()
+        source, panel = self.new("RayMaps_Source")
+        panel.editors["FluxW"].widget.setText("x")
+        self.assertFalse(panel.accept())
+        self.assertIn(source, study.Group)
+        panel.editors["FluxW"].widget.setText("7")
+        self.assertTrue(panel.accept())
+        self.assertEqual((source.FluxW, len(study.Group)), (7, 5))
+        self.document.undo()
+        self.assertEqual(len(study.Group), 4)
+        self.document.redo()
+        self.assertEqual(members(study, "RayMaps::Source")[-1].FluxW, 7)
+
+    def test_cancel_takes_back_where_an_object_was_put(self):
+        study, lens, _ = self.full_study()
+        detector = members(study, "RayMaps::Detector")[0]
+        panel = self.edit_as_users_do(detector)
+        FreeCADGui.Selection.clearSelection()
+        FreeCADGui.Selection.addSelection(self.document.Name, lens.Name, "Face6")
+        panel._put_on_face(1)
+        self.assertAlmostEqual(detector.Placement.Base.z, 30.05)
+        panel.reject()
+        FreeCADGui.Control.closeDialog()
+        self.assertEqual(detector.Placement.Base.z, 0)
+
+    def edit_as_users_do(self, obj):
+        """Double-click an object; the task panel that opened."""
+        with mock.patch.object(ObjectPanel, "begin", autospec=True, side_effect=ObjectPanel.begin) as begin:
+            obj.ViewObject.Proxy.doubleClicked(obj.ViewObject)
+        return begin.call_args[0][0]
 
     def test_task_panels_write_as_one_step(self):
         study, _, _ = self.full_study()
