@@ -2,13 +2,14 @@
 """Everything that is wrong with a study, in words, before a run."""
 
 import math
+import time
 from collections import namedtuple
 
 import Part
 
 from raymaps_wb.errors import ExportError
 from raymaps_wb.export.bodies import body_names, label_of, resolve, resolve_all, shape_of
-from raymaps_wb.export.description import describe
+from raymaps_wb.export.description import describe, global_placement
 from raymaps_wb.objects.detector import Detector
 from raymaps_wb.objects.medium import Medium
 from raymaps_wb.objects.references import reference_list
@@ -17,12 +18,14 @@ from raymaps_wb.objects.study import members
 from raymaps_wb.objects.surface_property import SurfaceProperty
 
 #: blocks: whether a run is pointless. text: one sentence. obj: what to select, None for the study as a whole.
-Problem = namedtuple("Problem", "blocks text obj")
+#: spoils: whether a run goes through and its figures are most likely wrong.
+Problem = namedtuple("Problem", "blocks text obj spoils", defaults=(False,))
 
 TOUCH_MM = 1e-4
+INSIDE_MM = 1e-6
 
 
-def check_study(study, distances=True):
+def check_study(study, distances=True, limit_s=math.inf):
     """Everything that is wrong with a study.
 
     Parameters
@@ -30,6 +33,8 @@ def check_study(study, distances=True):
     study : document object
     distances : bool
         Also look for bodies that touch or overlap, which takes a while for many bodies.
+    limit_s : float
+        Look no longer than this at the distances of bodies.
 
     Returns
     -------
@@ -48,8 +53,9 @@ def check_study(study, distances=True):
             problems.append(Problem(True, str(error), None))
     names = body_names(places)
     problems += _shapes(study, names)
+    problems += _buried_sources(study, names)
     if distances:
-        problems += _touching(names)
+        problems += _touching(names, limit_s)
     problems += _left_out(study, places)
     if not members(study, Detector.TYPE):
         problems.append(Problem(False, "There is no detector; rays can be asked for, but no irradiance.", None))
@@ -158,7 +164,23 @@ def _shapes(study, names):
             )
         if not shape.isValid():
             text = f"Body '{name}' has faulty geometry; see Part's 'Check geometry', light may leak through it."
-            problems.append(Problem(False, text, None))
+            problems.append(Problem(False, text, None, True))
+    return problems
+
+
+def _buried_sources(study, names):
+    """Sources inside solids without a medium, where their light can't get out."""
+    filled = {place for obj in members(study, Medium.TYPE) for place in _resolved(obj)}
+    solids = [(name, solid) for place, name in names.items() if place not in filled for solid in shape_of(place).Solids]
+    problems = []
+    for obj in members(study, Source.TYPE):
+        if obj.Kind == "Faces":
+            continue
+        position = global_placement(obj).Base
+        inside = next((name for name, solid in solids if solid.isInside(position, INSIDE_MM, True)), None)
+        if inside is not None:
+            text = f"{obj.Label}: it stands inside the body '{inside}', which has no medium, so its light can't get out"
+            problems.append(Problem(False, f"{text}; move it, or give the body a medium.", obj, True))
     return problems
 
 
@@ -169,16 +191,19 @@ def _resolved(obj):
         return []
 
 
-def _touching(names):
+def _touching(names, limit_s):
+    end = time.monotonic() + limit_s
     shapes = [(name, shape_of(place)) for place, name in names.items()]
     problems = []
     for i, (name_a, a) in enumerate(shapes):
         for name_b, b in shapes[i + 1 :]:
+            if time.monotonic() > end:
+                return problems
             box = a.BoundBox
             box.enlarge(TOUCH_MM)
             if box.intersect(b.BoundBox) and a.distToShape(b)[0] < TOUCH_MM:
                 text = f"Bodies '{name_a}' and '{name_b}' touch or overlap, which is not supported yet"
-                problems.append(Problem(False, f"{text}; leave a gap of 0.01 mm or more.", None))
+                problems.append(Problem(False, f"{text}; leave a gap of 0.01 mm or more.", None, True))
     return problems
 
 

@@ -101,6 +101,18 @@ class CheckTest(DocumentTest):
         texts = [problem.text for problem in check_study(self.study(*((box, "") for box in boxes)))]
         self.assertTrue(any("touch or overlap" in text for text in texts), texts)
 
+    def test_a_source_inside_an_opaque_body_is_told(self):
+        study, _, plate = self.full_study()
+        for kind, inside in (("Point", True), ("Cone", True), ("Disc", True), ("Faces", False)):
+            source = make_source(self.document, study, "Buried", kind)
+            source.Placement.Base = plate.Placement.Base + self.vector(10, 10, 0.5)
+            texts = [problem.text for problem in check_study(study) if problem.spoils]
+            self.assertEqual(["inside the body 'Plate'" in text for text in texts], [True] * inside, (kind, texts))
+            self.document.removeObject(source.Name)
+        # In a medium light is at home.
+        members(study, "RayMaps::Source")[0].Placement.Base = self.vector(5, 10, 15)
+        self.assertEqual([problem for problem in check_study(study) if problem.spoils], [])
+
     def test_bodies_left_out_are_told(self):
         study, _, _ = self.full_study()
         self.box("Forgotten").Placement.Base = self.vector(500, 0, 0)
