@@ -83,13 +83,13 @@ def _measure(folder: Path, arguments: argparse.Namespace, threads: int) -> Measu
         if name not in QUESTIONS:
             sizes += [measure_size(s, n_timed, folder / f"{name}-{len(s.detectors)}") for s in (scene, bare)]
             continue
-        ray_map = simulate(scene, folder / f"{name}.raymap", rays=arguments.rays)
-        sizes += [size_of(ray_map), measure_size(bare, n_timed, folder / f"{name}-bare")]
+        raymap = simulate(scene, folder / f"{name}.raymap", rays=arguments.rays)
+        sizes += [size_of(raymap), measure_size(bare, n_timed, folder / f"{name}-bare")]
         tell(f"{name}: asking")
-        openings.append(measure_opening(ray_map, repeats))
-        answers += measure_answers(ray_map, threads, 2 * repeats - 1)
+        openings.append(measure_opening(raymap, repeats))
+        answers += measure_answers(raymap, threads, 2 * repeats - 1)
         tell(f"{name}: results")
-        results += measure_results(ray_map, repeats, folder)
+        results += measure_results(raymap, repeats, folder)
     return Measured(tuple(speeds), tuple(sizes), tuple(openings), tuple(answers), tuple(results))
 
 

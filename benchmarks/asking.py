@@ -45,50 +45,50 @@ class Answer:
     forms: dict[str, str]
 
 
-def measure_opening(ray_map: RayMap, repeats: int) -> Opening:
+def measure_opening(raymap: RayMap, repeats: int) -> Opening:
     """Files are in the system's cache; the process starts from nothing else."""
-    command = [sys.executable, "-m", "raymaps", "info", str(ray_map.path)]
-    opened, _ = repeat(lambda: RayMap.open(ray_map.path), 5 * repeats)
+    command = [sys.executable, "-m", "raymaps", "info", str(raymap.path)]
+    opened, _ = repeat(lambda: RayMap.open(raymap.path), 5 * repeats)
     process, _ = repeat(lambda: subprocess.run(command, check=True, stdout=subprocess.DEVNULL), repeats)
-    return Opening(ray_map.scene.name, ray_map.n_rays, opened, process)
+    return Opening(raymap.scene.name, raymap.n_rays, opened, process)
 
 
-def measure_answers(ray_map: RayMap, threads: int, repeats: int) -> list[Answer]:
+def measure_answers(raymap: RayMap, threads: int, repeats: int) -> list[Answer]:
     """One event, two to all of the scene's events, and an area of a detector; raises if counts differ."""
-    questions = QUESTIONS[ray_map.scene.name]
-    duck, frames = DuckDb(ray_map, threads), PolarsFrames(ray_map)
+    questions = QUESTIONS[raymap.scene.name]
+    duck, frames = DuckDb(raymap, threads), PolarsFrames(raymap)
     duck.load()
     frames.load()
-    loaded = RayMap.open(ray_map.path)
+    loaded = RayMap.open(raymap.path)
     rivals: dict[str, DuckDb | PolarsFrames] = {"DuckDB": duck, "Polars": frames}
     criteria = [questions.first(n) for n in range(1, len(questions.events) + 1)] + [questions.area]
     answers = []
     for index, criterion in enumerate(criteria):
         is_area = index == len(questions.events)
         contestants: dict[str, Callable[[], int]] = {
-            "Ray Maps, files": partial(_ask_files, ray_map, criterion),
+            "Ray Maps, files": partial(_ask_files, raymap, criterion),
             "Ray Maps, memory": partial(_ask, loaded, criterion),
         }
         chosen = {}
         for who, rival in rivals.items():
             for where in ("files", "memory"):
                 if is_area:
-                    forms = rival.area(area_question(criterion, ray_map.names, ray_map.scene), where)
+                    forms = rival.area(area_question(criterion, raymap.names, raymap.scene), where)
                 else:
-                    forms = rival.steps(steps_of(criterion, ray_map.names), where)
+                    forms = rival.steps(steps_of(criterion, raymap.names), where)
                 chosen[f"{who}, {where}"], contestants[f"{who}, {where}"] = best_form(forms)
         timings, counts = alternate({name: contestants[name] for name in CONTESTANTS}, repeats)
         if len(set(counts.values())) != 1:
-            raise AssertionError(f"{ray_map.scene.name}: {criterion}: the contestants differ: {counts}")
+            raise AssertionError(f"{raymap.scene.name}: {criterion}: the contestants differ: {counts}")
         n_events = 1 if is_area else index + 1
         found = counts["Ray Maps, memory"]
-        answers.append(Answer(ray_map.scene.name, ray_map.n_rays, criterion, n_events, is_area, found, timings, chosen))
+        answers.append(Answer(raymap.scene.name, raymap.n_rays, criterion, n_events, is_area, found, timings, chosen))
     return answers
 
 
-def _ask(ray_map: RayMap, criterion: str) -> int:
-    return query(ray_map, criterion).rays
+def _ask(raymap: RayMap, criterion: str) -> int:
+    return query(raymap, criterion).rays
 
 
-def _ask_files(ray_map: RayMap, criterion: str) -> int:
-    return query(RayMap.open(ray_map.path), criterion).rays
+def _ask_files(raymap: RayMap, criterion: str) -> int:
+    return query(RayMap.open(raymap.path), criterion).rays

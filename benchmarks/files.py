@@ -38,10 +38,10 @@ def measure_size(scene: Scene, rays: int, path: Path) -> Size:
     return size_of(simulate(scene, path, rays=rays))
 
 
-def size_of(ray_map: RayMap) -> Size:
+def size_of(raymap: RayMap) -> Size:
     """Weigh a map: all files of its portions as they lie on disk."""
     columns: Counter[tuple[str, str]] = Counter()
-    for portion in ray_map.portions:
+    for portion in raymap.portions:
         for file in sorted(portion.folder.iterdir()):
             left = file.stat().st_size
             if file.suffix == ".parquet":
@@ -53,12 +53,12 @@ def size_of(ray_map: RayMap) -> Size:
                         left -= column.total_compressed_size
             columns[file.stem, "(other)"] += left
     return Size(
-        scene=ray_map.scene.name,
-        detectors=len(ray_map.names.detectors),
-        rays=ray_map.n_rays,
-        events=ray_map.n_events,
-        segments=ray_map.n_events - ray_map.n_rays,
-        crossings=sum(portion.n_crossings for portion in ray_map.portions),
+        scene=raymap.scene.name,
+        detectors=len(raymap.names.detectors),
+        rays=raymap.n_rays,
+        events=raymap.n_events,
+        segments=raymap.n_events - raymap.n_rays,
+        crossings=sum(portion.n_crossings for portion in raymap.portions),
         bytes=sum(columns.values()),
         columns=dict(columns),
     )

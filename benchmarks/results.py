@@ -38,11 +38,11 @@ class ResultTime:
     again: Timing
 
 
-def measure_results(ray_map: RayMap, repeats: int, folder: Path) -> list[ResultTime]:
+def measure_results(raymap: RayMap, repeats: int, folder: Path) -> list[ResultTime]:
     """Detector re-binned, overlay, path table, report; and an overlay asked of `raymaps serve`."""
-    questions = QUESTIONS[ray_map.scene.name]
+    questions = QUESTIONS[raymap.scene.name]
     where, detector = questions.first(1), questions.detector
-    n_x, n_y = ray_map.scene.detectors[detector].resolution
+    n_x, n_y = raymap.scene.detectors[detector].resolution
     works: dict[str, tuple[Callable[[RayMap], Any], Callable[[Any], tuple[int, str]]]] = {
         "detector re-binned": (
             lambda m: evaluate_detector(m, detector, resolution=(2 * n_x, 2 * n_y), max_angle_deg=80.0),
@@ -63,21 +63,21 @@ def measure_results(ray_map: RayMap, repeats: int, folder: Path) -> list[ResultT
             lambda html: (len(html), "bytes"),
         ),
     }
-    loaded = RayMap.open(ray_map.path)
+    loaded = RayMap.open(raymap.path)
     results = []
     for name, (work, count) in works.items():
-        first, _ = repeat(lambda work=work: work(RayMap.open(ray_map.path)), 1)  # type: ignore[misc]
+        first, _ = repeat(lambda work=work: work(RayMap.open(raymap.path)), 1)  # type: ignore[misc]
         again, result = repeat(lambda work=work: work(loaded), repeats)  # type: ignore[misc]
         number, unit = count(result)
-        results.append(ResultTime(ray_map.scene.name, name, f"{number} {unit}", number, first, again))
-    results.append(_overlay_of_server(ray_map, where, repeats, folder / "overlay.bin"))
+        results.append(ResultTime(raymap.scene.name, name, f"{number} {unit}", number, first, again))
+    results.append(_overlay_of_server(raymap, where, repeats, folder / "overlay.bin"))
     return results
 
 
-def _overlay_of_server(ray_map: RayMap, where: str, repeats: int, file: Path) -> ResultTime:
+def _overlay_of_server(raymap: RayMap, where: str, repeats: int, file: Path) -> ResultTime:
     """A request to `raymaps serve` until its answer is read and the file is there, as the workbench asks it."""
     server = subprocess.Popen(
-        [sys.executable, "-m", "raymaps", "serve", str(ray_map.path)],
+        [sys.executable, "-m", "raymaps", "serve", str(raymap.path)],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
     requests, answers = server.stdin, server.stdout
@@ -106,5 +106,5 @@ def _overlay_of_server(ray_map: RayMap, where: str, repeats: int, file: Path) ->
         server.wait(timeout=10)
     amount = f"{answer['segments']} segments"
     return ResultTime(
-        ray_map.scene.name, "overlay of 10 000 rays, asked of `raymaps serve`", amount, answer["segments"], None, again
+        raymap.scene.name, "overlay of 10 000 rays, asked of `raymaps serve`", amount, answer["segments"], None, again
     )

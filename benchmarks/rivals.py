@@ -37,20 +37,20 @@ def best_form(forms: dict[str, Form], trials: int = 3) -> tuple[str, Form]:
     return name, forms[name]
 
 
-def _files(ray_map: RayMap, table: str) -> list[str]:
-    return [str(portion.folder / f"{table}.parquet") for portion in ray_map.portions]
+def _files(raymap: RayMap, table: str) -> list[str]:
+    return [str(portion.folder / f"{table}.parquet") for portion in raymap.portions]
 
 
 class DuckDb:
     """One connection; views on the files, and tables in memory once `load` was called."""
 
-    def __init__(self, ray_map: RayMap, threads: int):
+    def __init__(self, raymap: RayMap, threads: int):
         self._connection = duckdb.connect(config={"threads": threads})
         self._connection.execute("SET parquet_metadata_cache = true")
         key = "(file_index << 32) | signature AS path"
         columns = {"rays": f"ray, {key}", "signatures": f"{key}, * EXCLUDE signature", "crossings": "*"}
         for name, select in columns.items():
-            files = _files(ray_map, name)
+            files = _files(raymap, name)
             self._connection.execute(f"CREATE VIEW {name}_files AS SELECT {select} FROM read_parquet({files!r})")
 
     def load(self) -> None:
@@ -111,8 +111,8 @@ class PolarsFrames:
     Polars uses as many threads as ``POLARS_MAX_THREADS`` said when it was imported.
     """
 
-    def __init__(self, ray_map: RayMap):
-        self._frames = {"files": {name: _scan(ray_map, name) for name in ("rays", "signatures", "crossings")}}
+    def __init__(self, raymap: RayMap):
+        self._frames = {"files": {name: _scan(raymap, name) for name in ("rays", "signatures", "crossings")}}
 
     def load(self) -> None:
         frames = pl.collect_all(list(self._frames["files"].values()))
@@ -154,11 +154,11 @@ class PolarsFrames:
         )
 
 
-def _scan(ray_map: RayMap, table: str) -> pl.LazyFrame:
+def _scan(raymap: RayMap, table: str) -> pl.LazyFrame:
     if table == "crossings":
-        return pl.scan_parquet(_files(ray_map, table))
+        return pl.scan_parquet(_files(raymap, table))
     parts = []
-    for index, file in enumerate(_files(ray_map, table)):
+    for index, file in enumerate(_files(raymap, table)):
         path = (pl.lit(index << 32, pl.Int64) + pl.col("signature").cast(pl.Int64)).alias("path")
         parts.append(pl.scan_parquet(file).with_columns(path).drop("signature"))
     return pl.concat(parts)

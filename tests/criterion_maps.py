@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -186,6 +187,7 @@ class MemoryMap:
 
     def __init__(self, rays: list[Ray], portion_rays: int):
         self.path = "memory.raymap"
+        self.manifest = SimpleNamespace(grid_mm=0.0)  # positions are exact
         self.names = NAMES
         self.rays = rays
         self.n_rays = len(rays)

@@ -60,6 +60,17 @@ def _geometry_findings(scene: Scene) -> Iterator[Finding]:
         return
     if not compiled.meshes:
         yield Finding("The scene has no body: all light leaves it.")
+    smallest = min(
+        [float(np.ptp(mesh.vertices_mm, axis=0).max()) for mesh in compiled.meshes]
+        + [max(detector.width_mm, detector.height_mm) for detector in scene.detectors.values()],
+        default=0.0,
+    )
+    if 0 < smallest < 2000 * compiled.frame.grid_mm:
+        yield Finding(
+            f"The scene is up to {2 * compiled.frame.unit_mm:.3g} mm wide, so places are kept to "
+            f"{compiled.frame.grid_mm:.3g} mm, too coarse for its smallest part of {smallest:.3g} mm: move far "
+            "sources, detectors and bodies nearer."
+        )
     for mesh in compiled.meshes:
         if mesh.degenerate.any():
             first = int(np.flatnonzero(mesh.degenerate)[0])

@@ -284,7 +284,10 @@ def query(
     if as_json:
         _print_json(found.to_dict())
         return
-    _say(f"{found.rays} of {found.scanned} rays match: {format_flux(found.flux_w, found.flux_stderr_w)}")
+    if found.flux_w is not None and found.flux_stderr_w is not None:
+        _say(f"{found.rays} of {found.scanned} rays match: {format_flux(found.flux_w, found.flux_stderr_w)}")
+    else:
+        _say(f"{found.rays} of the first {found.scanned} rays match; without --limit all are counted and the flux told")
     if found.rays:
         shown = found.ids[: 10 if limit is None else limit]
         _say("rays " + ", ".join(map(str, shown)) + (" ..." if len(shown) < found.rays else ""))

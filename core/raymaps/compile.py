@@ -74,6 +74,7 @@ class Tables(NamedTuple):
     detector_center: NDArray[np.float64]  # (n_detectors, 3)
     detector_axes: NDArray[np.float64]  # (n_detectors, 3 axes, 3) x, y, normal
     detector_half: NDArray[np.float64]  # (n_detectors, 2) half width and half height
+    detector_grid_mm: NDArray[np.float64]  # (n_detectors,) step to which places on the detector are rounded
     ambient: NDArray[np.int16]  # (1,) medium outside all bodies
     box: NDArray[np.float64]  # (2, 3) lower and upper corner of the box that rays leave
 
@@ -315,6 +316,7 @@ def _tables(
         detector_center=frame.to_units(np.array([d.center_mm for d in detectors]).reshape(-1, 3)),
         detector_axes=np.array([detector_axes(d) for d in detectors]).reshape(-1, 3, 3),
         detector_half=np.array([(d.width_mm, d.height_mm) for d in detectors]).reshape(-1, 2) / 2 / frame.unit_mm,
+        detector_grid_mm=np.array([2.0 ** round(math.log2(max(d.width_mm, d.height_mm)) - 20) for d in detectors]),
         ambient=np.array([_ambient_index(scene, names)], np.int16),
         box=box,
     )

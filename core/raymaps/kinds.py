@@ -8,7 +8,20 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-__all__ = ["CRITERION_KINDS", "ENDINGS", "KILL_REASONS", "EventKind", "SurfaceKind"]
+__all__ = [
+    "ANGLE_STEP_RAD",
+    "CRITERION_KINDS",
+    "ENDINGS",
+    "IN_MEDIUM",
+    "KILL_REASONS",
+    "OFF_SURFACE",
+    "EventKind",
+    "SurfaceKind",
+]
+
+
+#: Step to which crossing angles are rounded: 0.0002 degrees, far below what a detector tells apart.
+ANGLE_STEP_RAD = 2.0**-18
 
 
 class EventKind(IntEnum):
@@ -51,6 +64,10 @@ ENDINGS: dict[str, tuple[EventKind, ...]] = {
     "left": (EventKind.LEFT,),
     "killed": tuple(KILL_REASONS),
 }
+
+#: Kinds of events inside a medium, and of those that take place on no surface.
+IN_MEDIUM: tuple[EventKind, ...] = (EventKind.MEDIUM_ABSORPTION, EventKind.MEDIUM_SCATTERING)
+OFF_SURFACE: tuple[EventKind, ...] = (*IN_MEDIUM, EventKind.LEFT)
 
 #: What may stand for KIND in a criterion, and the event kinds that it stands for.
 CRITERION_KINDS: dict[str, tuple[EventKind, ...]] = {

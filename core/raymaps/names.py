@@ -33,10 +33,6 @@ class Names:
         body, face = self.faces[face_index]
         return f"{self.bodies[body]}.{face}"
 
-    def faces_of(self, body_index: int) -> tuple[str, ...]:
-        """Names of a body's faces."""
-        return tuple(face for body, face in self.faces if body == body_index)
-
     def to_dict(self) -> dict[str, Any]:
         """As stored in a manifest."""
         return {

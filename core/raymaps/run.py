@@ -58,7 +58,7 @@ def simulate(
     scene : Scene, or path of a scene file
     path : path of the map, which must not exist unless ``resume``
     rays, seed : int, optional
-        In place of the scene's settings.
+        In place of the scene's settings; a map that is resumed goes on to the number that it was asked for.
     threads : int, optional
         Portions traced at the same time; by default one for each processor.
     resume : bool
@@ -95,10 +95,11 @@ def simulate(
     if os.path.lexists(path) and not resume:
         raise OutputError(f"'{path}' exists already: name another output, delete it, or go on with it by --resume.")
     compiled = compile_scene(scene)
-    n_rays = scene.settings.rays if rays is None else rays
     if os.path.lexists(path):
         manifest = _resumable(Manifest.read(path), path, compiled.scene_hash, seed)
+        n_rays = manifest.rays_asked if rays is None else rays
     else:
+        n_rays = scene.settings.rays if rays is None else rays
         manifest = Manifest(
             seed=scene.settings.seed if seed is None else seed,
             scene_hash=compiled.scene_hash,

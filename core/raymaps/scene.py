@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator, Field, PrivateAttr, ValidationError, field_validator, model_validator
 
 from raymaps.errors import SceneError, unknown_name
+from raymaps.kinds import ANGLE_STEP_RAD
 from raymaps.materials import VACUUM, Integer, Medium, Mixture, Name, Number, Record, Rgb, SurfaceProperty
 
 __all__ = [
@@ -200,6 +201,7 @@ class RectangleDetector(Record):
         (n_crossings,) bool
         """
         largest = math.radians(self.max_angle_deg) if max_angle_rad is None else max_angle_rad
+        largest += ANGLE_STEP_RAD  # stored angles are rounded: light at the very limit is accepted
         front = (angle_rad < math.pi / 2) & (angle_rad <= largest)
         back = (angle_rad > math.pi / 2) & (math.pi - angle_rad <= largest)
         return {"front": front, "back": back, "both": front | back}[self.side]

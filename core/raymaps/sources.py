@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from raymaps.compile import CompiledScene
 from raymaps.scene import ConeSource, DiscSource, FacesSource, PointSource, Scene
 
-__all__ = ["SOURCES", "Emitter", "emitters", "rays_per_source", "relative_light", "source_of_rays"]
+__all__ = ["SOURCES", "Emitter", "emitters", "relative_light", "source_of_rays"]
 
 #: 2^64 / golden ratio: the additive recurrence ray * _STEP mod 2^64 fills the unit interval evenly from any start.
 _STEP = np.uint64(0x9E3779B97F4A7C15)
@@ -63,12 +63,13 @@ def _axis(direction: tuple[float, float, float]) -> NDArray[np.float64]:
 
 def _point(source: PointSource, compiled: CompiledScene) -> Emitter:
     position = compiled.frame.to_units(np.array(source.position_mm))
-    return Emitter("emit_point", (position, np.array([0.0, 0.0, 1.0]), -1.0))
+    return Emitter("emit_point", (position, np.array([0.0, 0.0, 1.0]), 2.0))
 
 
 def _cone(source: ConeSource, compiled: CompiledScene) -> Emitter:
     position = compiled.frame.to_units(np.array(source.position_mm))
-    return Emitter("emit_point", (position, _axis(source.direction), math.cos(math.radians(source.half_angle_deg))))
+    opening = 2 * math.sin(math.radians(source.half_angle_deg) / 2) ** 2
+    return Emitter("emit_point", (position, _axis(source.direction), opening))
 
 
 def _disc(source: DiscSource, compiled: CompiledScene) -> Emitter:
@@ -100,8 +101,3 @@ SOURCES: dict[str, Callable[[Any, CompiledScene], Emitter]] = {
 def emitters(compiled: CompiledScene) -> tuple[Emitter, ...]:
     """All sources of a scene, ready to emit, in its order."""
     return tuple(SOURCES[source.kind](source, compiled) for source in compiled.scene.sources.values())
-
-
-def rays_per_source(scene: Scene, first_ray: int, n_rays: int) -> NDArray[np.int64]:
-    """How many of a run of rays each source emits, (n_sources,)."""
-    return np.bincount(source_of_rays(scene, first_ray, n_rays), minlength=len(scene.sources))

@@ -36,8 +36,8 @@ class TracedPortion:
     crossing_row : (n_crossings,) int64
         Row of the event that starts the crossing segment.
     crossing_detector : (n_crossings,) int16
-    crossing_xy_mm : (n_crossings, 2) float32, on the frame's grid
-    crossing_angle_rad : (n_crossings,) float32, a multiple of `raymaps.kernels.crossings.ANGLE_STEP_RAD`
+    crossing_xy_mm : (n_crossings, 2) float32, on the detector's grid
+    crossing_angle_rad : (n_crossings,) float32, a multiple of `raymaps.kinds.ANGLE_STEP_RAD`
     crossing_registered : (n_crossings,) bool
     """
 

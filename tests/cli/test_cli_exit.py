@@ -231,6 +231,19 @@ def test_a_second_signal_ends_at_once(room, tmp_path):
     assert not any(finding.is_fault for finding in check_map(path))
 
 
+def test_resume_alone_goes_on_to_the_number_of_rays_that_was_asked_for(raymaps, room, tmp_path):
+    path = tmp_path / "m.raymap"
+    child = process("trace", room, "-o", path, "--rays", RAYS, "--portion", PORTION, "--progress", "json")
+    busy(child)
+    child.send_signal(signal.SIGINT)
+    child.communicate(timeout=60)
+    assert child.returncode == 4
+    assert open_map(path).n_rays < RAYS
+    assert raymaps("trace", room, "-o", path, "--resume").code == 0
+    assert open_map(path).n_rays == RAYS
+    assert open_map(path).manifest.rays_asked == RAYS
+
+
 def test_resume_with_another_seed_is_3(raymaps, room, tmp_path):
     path = tmp_path / "m.raymap"
     assert raymaps("trace", room, "-o", path, "--rays", 100, "--seed", 1).code == 0

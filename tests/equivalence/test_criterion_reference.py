@@ -126,35 +126,35 @@ def random_tree(rng, depth):
     return And(operands) if shape < 0.7 else Or(operands)
 
 
-def matching_ids(ray_map, criterion):
-    bound = bind(criterion, ray_map.names)
-    return [int(portion.first_ray + ray) for portion in ray_map.portions for ray in matching_rays(portion, bound)]
+def matching_ids(raymap, criterion):
+    bound = bind(criterion, raymap.names)
+    return [int(portion.first_ray + ray) for portion in raymap.portions for ray in matching_rays(portion, bound)]
 
 
 @pytest.fixture(scope="module")
-def ray_map():
+def raymap():
     return random_map(seed=20)
 
 
 @pytest.mark.parametrize("seed", range(60))
-def test_elementary_events_mean_what_is_documented(ray_map, seed):
+def test_elementary_events_mean_what_is_documented(raymap, seed):
     criterion = random_event(np.random.default_rng(seed))
-    expected = [number for number, ray in enumerate(ray_map.rays) if matches_slowly(criterion, ray)]
-    assert matching_ids(ray_map, criterion) == expected
+    expected = [number for number, ray in enumerate(raymap.rays) if matches_slowly(criterion, ray)]
+    assert matching_ids(raymap, criterion) == expected
 
 
 @pytest.mark.parametrize("seed", range(150))
-def test_random_trees(ray_map, seed):
+def test_random_trees(raymap, seed):
     criterion = random_tree(np.random.default_rng(1000 + seed), depth=4)
-    expected = [number for number, ray in enumerate(ray_map.rays) if matches_slowly(criterion, ray)]
-    assert matching_ids(ray_map, criterion) == expected
+    expected = [number for number, ray in enumerate(raymap.rays) if matches_slowly(criterion, ray)]
+    assert matching_ids(raymap, criterion) == expected
 
 
-def test_the_random_trees_are_no_trivial_questions(ray_map):
+def test_the_random_trees_are_no_trivial_questions(raymap):
     shares = []
     for seed in range(150):
         criterion = random_tree(np.random.default_rng(1000 + seed), depth=4)
-        shares.append(len(matching_ids(ray_map, criterion)) / ray_map.n_rays)
+        shares.append(len(matching_ids(raymap, criterion)) / raymap.n_rays)
     assert sum(0 < share < 1 for share in shares) > len(shares) // 3
 
 
@@ -175,13 +175,13 @@ def test_portions_make_no_difference(portion_rays):
 
 
 @pytest.mark.parametrize("seed", range(30))
-def test_laws_of_logic(ray_map, seed):
+def test_laws_of_logic(raymap, seed):
     rng = np.random.default_rng(500 + seed)
     a, b, c = (random_tree(rng, 2) for _ in range(3))
-    n_rays = ray_map.n_rays
+    n_rays = raymap.n_rays
 
     def ids(criterion):
-        return set(matching_ids(ray_map, criterion))
+        return set(matching_ids(raymap, criterion))
 
     assert ids(~(a & b)) == ids(~a | ~b)
     assert ids(~(a | b)) == ids(~a & ~b)
@@ -192,32 +192,32 @@ def test_laws_of_logic(ray_map, seed):
     assert len(ids(a & b)) + len(ids(a | b)) == len(ids(a)) + len(ids(b))
 
 
-def test_flux_is_the_light_that_the_rays_were_emitted_with(ray_map):
+def test_flux_is_the_light_that_the_rays_were_emitted_with(raymap):
     rng = np.random.default_rng(8)
     for _ in range(40):
         criterion = random_tree(rng, 3)
-        found = [ray for ray in ray_map.rays if matches_slowly(criterion, ray)]
+        found = [ray for ray in raymap.rays if matches_slowly(criterion, ray)]
         expected_w = 0.0
         for source, flux_w in enumerate(SOURCE_FLUX_W):
-            emitted = sum(ray[0].source == source for ray in ray_map.rays)
+            emitted = sum(ray[0].source == source for ray in raymap.rays)
             expected_w += flux_w * sum(ray[0].source == source for ray in found) / emitted
         # sums of a few hundred doubles in another order
-        assert query(ray_map, criterion).flux_w == pytest.approx(expected_w, rel=1e-13, abs=0)
+        assert query(raymap, criterion).flux_w == pytest.approx(expected_w, rel=1e-13, abs=0)
 
 
 def test_crossing_columns_are_read_only_where_signatures_leave_the_answer_open():
-    ray_map = random_map(seed=6, n_rays=400, portion_rays=100)
+    raymap = random_map(seed=6, n_rays=400, portion_rays=100)
 
     class Untouchable:
         def __get__(self, portion, owner=None):
             raise AssertionError("a crossing column was read")
 
-    untouched = type("Portion", (type(ray_map.portions[0]),), {"crossing_xy_mm": Untouchable()})
-    for portion in ray_map.portions:
+    untouched = type("Portion", (type(raymap.portions[0]),), {"crossing_xy_mm": Untouchable()})
+    for portion in raymap.portions:
         vars(portion).pop("crossing_xy_mm")
         portion.__class__ = untouched
     area = "detector(Sensor, rect=(-1,-1,1,1))"
     for text in ("detector(Sensor)", "true", f"true | {area}", f"{area} & ~true", f"{area} & ~detector(Sensor)"):
-        query(ray_map, parse_criterion(text))
+        query(raymap, parse_criterion(text))
     with pytest.raises(AssertionError, match="was read"):
-        query(ray_map, parse_criterion(area))
+        query(raymap, parse_criterion(area))

@@ -291,6 +291,8 @@ def test_ledger_of_a_portion_is_what_its_events_lost(workshop_map):
                 lost = arriving - left
                 if kind == EventKind.LEFT:
                     key, lost = (source, "escaped", 0), arriving
+                elif kind in (EventKind.FRESNEL_REFLECTION, EventKind.FRESNEL_REFRACTION):
+                    key = (source, "medium", int(table.medium[steps[before]]))
                 elif kind == EventKind.MEDIUM_ABSORPTION:
                     key = (source, "medium", int(table.medium[step]))
                 elif kind >= EventKind.KILLED_DEPTH:

@@ -32,26 +32,33 @@ def test_all_of_a_map():
 
 
 def test_scanning_stops_after_the_portion_in_which_enough_are_found():
-    ray_map = simple_map("AAAAALAALLLLLLLL", portion_rays=4)
-    result = query(ray_map, "ended(left)", limit=2)
+    raymap = simple_map("AAAAALAALLLLLLLL", portion_rays=4)
+    result = query(raymap, "ended(left)", limit=2)
     assert result.ids.tolist() == [5, 8]
     assert (result.rays, result.scanned) == (5, 12)
-    assert query(ray_map, "ended(left)", limit=1).scanned == 8
-    assert query(ray_map, "ended(left)", limit=100).scanned == 16
-    assert query(ray_map, "ended(left)", limit=0).ids.tolist() == []
+    assert query(raymap, "ended(left)", limit=1).scanned == 8
+    assert query(raymap, "ended(left)", limit=100).scanned == 16
+    assert query(raymap, "ended(left)", limit=0).ids.tolist() == []
 
 
 def test_no_portion_is_read_past_the_limit():
-    ray_map = simple_map("LLLLLLLL", portion_rays=4)
-    del ray_map.portions[1].ray_signature
-    assert query(ray_map, "true", limit=4).scanned == 4
+    raymap = simple_map("LLLLLLLL", portion_rays=4)
+    del raymap.portions[1].ray_signature
+    assert query(raymap, "true", limit=4).scanned == 4
 
 
-def test_watts_of_a_partial_scan_come_from_the_scanned_rays():
-    ray_map = simple_map("LLAAAAAA", portion_rays=4)
-    part = query(ray_map, "ended(left)", limit=1)
-    assert part.flux_w == SOURCE_FLUX_W[0] * 2 / 4
-    assert query(ray_map, "ended(left)").flux_w == SOURCE_FLUX_W[0] * 2 / 8
+def test_a_search_that_stopped_early_tells_no_flux():
+    """Rays scanned until enough are found hold too many of them: no fair sample (inverse binomial sampling)."""
+    raymap = simple_map("LLAAAAAA", portion_rays=4)
+    part = query(raymap, "ended(left)", limit=1)
+    assert (part.rays, part.flux_w, part.flux_stderr_w) == (2, None, None)
+    assert query(raymap, "ended(left)").flux_w == SOURCE_FLUX_W[0] * 2 / 8
+    assert query(raymap, "ended(left)", limit=100).flux_w == SOURCE_FLUX_W[0] * 2 / 8
+
+
+def test_a_source_without_rays_is_uncertain_by_all_its_light():
+    raymap = simple_map("LA", portion_rays=2)
+    assert query(raymap, "true").flux_stderr_w == pytest.approx(math.hypot(*SOURCE_FLUX_W[1:]))
 
 
 def test_standard_error_is_binomial():
@@ -70,23 +77,23 @@ def test_no_error_where_the_source_decides(text):
 
 @pytest.mark.parametrize(("text", "rays"), [("ended(left)", 0), ("ended(absorbed)", 10)])
 def test_none_or_all_of_the_rays_is_uncertain_by_one_ray(text, rays):
-    ray_map = simple_map("A" * 10, portion_rays=4)
-    ray_map.source_flux_w = np.array([1.0, 0.0, 0.0])
-    result = query(ray_map, text)
+    raymap = simple_map("A" * 10, portion_rays=4)
+    raymap.source_flux_w = np.array([1.0, 0.0, 0.0])
+    result = query(raymap, text)
     assert result.rays == rays
     assert result.flux_stderr_w == 0.1
 
 
 def test_a_filter_on_one_source_knows_that_the_others_do_not_count():
-    ray_map = simple_map("LA", portion_rays=2)  # the other sources emitted no ray at all
-    assert query(ray_map, "ended(left) & from(LED)").flux_stderr_w == 0.5
+    raymap = simple_map("LA", portion_rays=2)  # the other sources emitted no ray at all
+    assert query(raymap, "ended(left) & from(LED)").flux_stderr_w == 0.5
 
 
 def test_no_criterion_is_every_ray():
-    ray_map = random_map(seed=2)
-    assert query(ray_map).to_dict() == query(ray_map, "true").to_dict()
-    assert query(ray_map).rays == ray_map.n_rays
-    assert query(ray_map).flux_w == pytest.approx(sum(SOURCE_FLUX_W), rel=1e-14)
+    raymap = random_map(seed=2)
+    assert query(raymap).to_dict() == query(raymap, "true").to_dict()
+    assert query(raymap).rays == raymap.n_rays
+    assert query(raymap).flux_w == pytest.approx(sum(SOURCE_FLUX_W), rel=1e-14)
 
 
 def test_a_map_without_rays():
@@ -95,10 +102,10 @@ def test_a_map_without_rays():
 
 
 def test_text_and_tree_ask_the_same():
-    ray_map = random_map(seed=3)
+    raymap = random_map(seed=3)
     tree = From("LED") & ~Happened("absorption")
-    assert query(ray_map, tree).to_dict() == query(ray_map, "from(LED) & ~event(absorption)").to_dict()
-    assert parse_criterion(query(ray_map, tree).criterion) == tree
+    assert query(raymap, tree).to_dict() == query(raymap, "from(LED) & ~event(absorption)").to_dict()
+    assert parse_criterion(query(raymap, tree).criterion) == tree
 
 
 def test_figures_for_json():
@@ -120,20 +127,20 @@ def test_the_border_of_an_area_belongs_to_it():
 
 def test_a_crossing_that_was_not_registered_does_not_count():
     emission = Event(EventKind.EMISSION, source=0, crossings=[Crossing(0, 0, 0, 3.0, False)])
-    ray_map = MemoryMap([[emission, Event(EventKind.LEFT)]], 1)
-    assert query(ray_map, "detector(Sensor)").rays == 0
-    assert query(ray_map, "detector(Sensor, rect=(-1,-1,1,1))").rays == 0
+    raymap = MemoryMap([[emission, Event(EventKind.LEFT)]], 1)
+    assert query(raymap, "detector(Sensor)").rays == 0
+    assert query(raymap, "detector(Sensor, rect=(-1,-1,1,1))").rays == 0
 
 
 def test_being_emitted_from_a_face_is_no_hit():
     emission = Event(EventKind.EMISSION, source=0, body=0, face=0, surface=0)
-    ray_map = MemoryMap([[emission, Event(EventKind.LEFT)]], 1)
+    raymap = MemoryMap([[emission, Event(EventKind.LEFT)]], 1)
     for text in ("hit(Lens)", "hit(Lens.Face1)", "surface(polished)", "hit(Lens, emission)"):
-        assert query(ray_map, text).rays == 0
+        assert query(raymap, text).rays == 0
 
 
 def test_place_and_kind_must_be_of_the_same_event():
-    ray_map = MemoryMap(
+    raymap = MemoryMap(
         [
             [
                 Event(EventKind.EMISSION, source=0),
@@ -143,10 +150,10 @@ def test_place_and_kind_must_be_of_the_same_event():
         ],
         1,
     )
-    assert query(ray_map, "hit(Lens) & event(absorption)").rays == 1
-    assert query(ray_map, "hit(Lens, absorption)").rays == 0
-    assert query(ray_map, "surface(polished, absorption)").rays == 0
-    assert query(ray_map, "surface(black, absorption)").rays == 1
+    assert query(raymap, "hit(Lens) & event(absorption)").rays == 1
+    assert query(raymap, "hit(Lens, absorption)").rays == 0
+    assert query(raymap, "surface(polished, absorption)").rays == 0
+    assert query(raymap, "surface(black, absorption)").rays == 1
 
 
 def test_a_negative_limit_is_refused():

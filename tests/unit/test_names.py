@@ -23,8 +23,6 @@ def test_round_trip_through_json():
 
 def test_faces_are_counted_through_all_bodies():
     assert [NAMES.face_label(i) for i in range(3)] == ["Lens.Face1", "Lens.Face2", 'Größe "quoted".Face1']
-    assert NAMES.faces_of(0) == ("Face1", "Face2")
-    assert NAMES.faces_of(1) == ("Face1",)
 
 
 def test_frozen():

@@ -18,20 +18,20 @@ WIDTH_MM, HEIGHT_MM = (4.0, 10.0), (2.0, 10.0)
 
 
 @pytest.fixture(scope="module")
-def ray_map():
+def raymap():
     return random_map(seed=11, n_rays=600, portion_rays=130)
 
 
-def samples(ray_map, detector, n_x, n_y, max_angle_deg=None, source=None, where=None, area=None):
+def samples(raymap, detector, n_x, n_y, max_angle_deg=None, source=None, where=None, area=None):
     """Light of every ray in every cell and band, relative to its emission: (n_rays, n_y, n_x, 3)."""
     index = NAMES.detectors.index(detector)
-    found = np.zeros((len(ray_map.rays), n_y, n_x, 3))
-    wanted = range(len(ray_map.rays))
+    found = np.zeros((len(raymap.rays), n_y, n_x, 3))
+    wanted = range(len(raymap.rays))
     if where is not None:
         bound = bind(where, NAMES)
-        wanted = {p.first_ray + int(ray) for p in ray_map.portions for ray in matching_rays(p, bound)}
+        wanted = {p.first_ray + int(ray) for p in raymap.portions for ray in matching_rays(p, bound)}
     for number in wanted:
-        ray = ray_map.rays[number]
+        ray = raymap.rays[number]
         if source is not None and NAMES.sources[ray[0].source] != source:
             continue
         for event in ray:
@@ -61,13 +61,13 @@ def inside(crossing, area):
     return True
 
 
-def estimate(ray_map, values, impossible=()):
+def estimate(raymap, values, impossible=()):
     """Sum of a value per ray over the sources in W, and the variance of it; values (n_rays,)."""
     total_w = variance_w2 = 0.0
     for source, flux_w in enumerate(SOURCE_FLUX_W):
         if NAMES.sources[source] in impossible:
             continue
-        mine = values[[ray[0].source == source for ray in ray_map.rays]]
+        mine = values[[ray[0].source == source for ray in raymap.rays]]
         total_w += flux_w * mine.mean()
         variance_w2 += flux_w**2 * mine.var(ddof=1) / len(mine)
     return total_w, variance_w2
@@ -88,18 +88,18 @@ CONDITIONS = [
 @pytest.mark.parametrize("detector", ["Sensor", "Wall"])
 @pytest.mark.parametrize("conditions", CONDITIONS, ids=lambda conditions: ", ".join(conditions) or "as it is")
 @pytest.mark.parametrize("resolution", [(1, 1), (3, 2)])
-def test_against_a_slow_calculation(ray_map, detector, conditions, resolution):
+def test_against_a_slow_calculation(raymap, detector, conditions, resolution):
     n_x, n_y = resolution
     area = conditions.get("area")
     given = {key: value for key, value in conditions.items() if key != "area"}
     if area is not None:
         given[area.word] = area.numbers
-    found = evaluate_detector(ray_map, detector, resolution=resolution, **given)
-    light = samples(ray_map, detector, n_x, n_y, **conditions)
+    found = evaluate_detector(raymap, detector, resolution=resolution, **given)
+    light = samples(raymap, detector, n_x, n_y, **conditions)
     power = light.sum(axis=3)
     of_ray = power.sum(axis=(1, 2))
     others = set(NAMES.sources) - {conditions["source"]} if "source" in conditions else ()
-    flux_w, variance_w2 = estimate(ray_map, of_ray, others)
+    flux_w, variance_w2 = estimate(raymap, of_ray, others)
     # sums of a few hundred doubles in another order
     assert found.flux_w.value == pytest.approx(flux_w, rel=1e-12)
     assert found.flux_w.stderr == pytest.approx(math.sqrt(variance_w2), rel=1e-9)
@@ -107,27 +107,27 @@ def test_against_a_slow_calculation(ray_map, detector, conditions, resolution):
     assert found.mean_w_per_mm2.value == pytest.approx(flux_w / found.area_mm2, rel=1e-12)
     for row in range(n_y):
         for column in range(n_x):
-            cell_w, cell_variance_w2 = estimate(ray_map, power[:, row, column], others)
+            cell_w, cell_variance_w2 = estimate(raymap, power[:, row, column], others)
             assert found.cell_flux_w[row, column] == pytest.approx(cell_w, rel=1e-12, abs=1e-15)
-            if all(power[[r[0].source == s for r in ray_map.rays], row, column].any() for s in range(3)):
+            if all(power[[r[0].source == s for r in raymap.rays], row, column].any() for s in range(3)):
                 assert found.cell_stderr_w[row, column] == pytest.approx(math.sqrt(cell_variance_w2), rel=1e-9)
             for band in range(3):
-                band_w, _ = estimate(ray_map, light[:, row, column, band], others)
+                band_w, _ = estimate(raymap, light[:, row, column, band], others)
                 assert found.cell_flux_rgb_w[row, column, band] == pytest.approx(band_w, rel=1e-12, abs=1e-15)
 
 
-def test_crossings_are_counted_one_by_one(ray_map):
-    registered = sum(c.detector == 0 and c.registered for ray in ray_map.rays for e in ray for c in e.crossings)
-    found = evaluate_detector(ray_map, "Sensor")
+def test_crossings_are_counted_one_by_one(raymap):
+    registered = sum(c.detector == 0 and c.registered for ray in raymap.rays for e in ray for c in e.crossings)
+    found = evaluate_detector(raymap, "Sensor")
     assert found.crossings == registered
     assert found.rays < found.crossings  # the random rays do cross more than once
 
 
-def test_uniformity_and_its_error(ray_map):
-    found = evaluate_detector(ray_map, "Sensor", resolution=(3, 2))
-    power = samples(ray_map, "Sensor", 3, 2).sum(axis=3)
+def test_uniformity_and_its_error(raymap):
+    found = evaluate_detector(raymap, "Sensor", resolution=(3, 2))
+    power = samples(raymap, "Sensor", 3, 2).sum(axis=3)
     cell_mm2 = 8.0 / 6
-    fluxes = np.array([[estimate(ray_map, power[:, row, column])[0] for column in range(3)] for row in range(2)])
+    fluxes = np.array([[estimate(raymap, power[:, row, column])[0] for column in range(3)] for row in range(2)])
     row, column = np.unravel_index(np.argmin(fluxes), fluxes.shape)
     least, mean = fluxes[row, column] / cell_mm2, fluxes.sum() / 8.0
     assert found.min_w_per_mm2.value == pytest.approx(least, rel=1e-12)
@@ -135,23 +135,23 @@ def test_uniformity_and_its_error(ray_map):
     assert found.uniformity.value == pytest.approx(least / mean, rel=1e-12)
     # first order: the error of min/mean is that of the mean over rays of (min part - u mean part) / mean
     linear = (power[:, row, column] / cell_mm2 - (least / mean) * power.sum(axis=(1, 2)) / 8.0) / mean
-    assert found.uniformity.stderr == pytest.approx(math.sqrt(estimate(ray_map, linear)[1]), rel=1e-9)
+    assert found.uniformity.stderr == pytest.approx(math.sqrt(estimate(raymap, linear)[1]), rel=1e-9)
 
 
 @pytest.mark.parametrize("resolution", [(1, 1), (7, 5), (100, 3), (640, 480)])
 @pytest.mark.parametrize("region", [{}, {"ellipse": (0.2, 0, 1.4, 0.9)}])
-def test_resolution_changes_no_flux(ray_map, resolution, region):
-    own = evaluate_detector(ray_map, "Sensor", **region)
-    other = evaluate_detector(ray_map, "Sensor", resolution=resolution, **region)
+def test_resolution_changes_no_flux(raymap, resolution, region):
+    own = evaluate_detector(raymap, "Sensor", **region)
+    other = evaluate_detector(raymap, "Sensor", resolution=resolution, **region)
     assert other.flux_w == own.flux_w
     assert other.crossings == own.crossings
     assert other.cell_flux_w.sum() == pytest.approx(own.flux_w.value, rel=1e-12)
     assert other.area_mm2 == pytest.approx(own.area_mm2, rel=1e-9)  # a sum over cells
 
 
-def test_sources_add_up(ray_map):
-    whole = evaluate_detector(ray_map, "Wall")
-    parts = [evaluate_detector(ray_map, "Wall", source=source) for source in NAMES.sources]
+def test_sources_add_up(raymap):
+    whole = evaluate_detector(raymap, "Wall")
+    parts = [evaluate_detector(raymap, "Wall", source=source) for source in NAMES.sources]
     assert sum(part.flux_w.value for part in parts) == pytest.approx(whole.flux_w.value, rel=1e-12)
     assert math.hypot(*(part.flux_w.stderr for part in parts)) == pytest.approx(whole.flux_w.stderr, rel=1e-12)
 
@@ -164,10 +164,9 @@ def test_portions_make_no_difference():
         assert parts[key] == (pytest.approx(value, rel=1e-12) if isinstance(value, float) else value)
 
 
-def test_its_own_angle_given_again_changes_nothing(ray_map):
+def test_its_own_angle_given_again_changes_nothing(raymap):
     assert (
-        evaluate_detector(ray_map, "Sensor", max_angle_deg=60).to_dict()
-        == evaluate_detector(ray_map, "Sensor").to_dict()
+        evaluate_detector(raymap, "Sensor", max_angle_deg=60).to_dict() == evaluate_detector(raymap, "Sensor").to_dict()
     )
 
 
@@ -241,30 +240,30 @@ def test_cells_whose_centre_lies_outside_the_region_set_no_extreme():
         ({"ellipse": (0, 0, 0, 1)}, "radii above 0"),
     ],
 )
-def test_what_makes_no_sense_is_refused(ray_map, arguments, part):
+def test_what_makes_no_sense_is_refused(raymap, arguments, part):
     with pytest.raises(CriterionError, match=part) as caught:
-        evaluate_detector(ray_map, **{"name": "Sensor", **arguments})
+        evaluate_detector(raymap, **{"name": "Sensor", **arguments})
     assert str(caught.value).endswith(".")
 
 
-def test_figures_for_json(ray_map):
-    data = json.loads(json.dumps(evaluate_detector(ray_map, "Sensor", ellipse=(0, 0, 1, 1)).to_dict()))
+def test_figures_for_json(raymap):
+    data = json.loads(json.dumps(evaluate_detector(raymap, "Sensor", ellipse=(0, 0, 1, 1)).to_dict()))
     assert data["area"] == {"ellipse": [0, 0, 1, 1]}
     expected = {"flux_w", "flux_stderr_w", "crossings", "rays", "area_mm2", "uniformity", "uniformity_stderr"}
     expected |= {f"{n}_{x}w_per_mm2" for n in ("mean", "min", "max") for x in ("", "stderr_")}
     assert expected <= set(data)
 
 
-def test_text_tells_every_condition(ray_map):
+def test_text_tells_every_condition(raymap):
     text = evaluate_detector(
-        ray_map, "Sensor", source="Lamp 2", where="hit(Lens)", max_angle_deg=30, rect=(-1, -1, 1, 1)
+        raymap, "Sensor", source="Lamp 2", where="hit(Lens)", max_angle_deg=30, rect=(-1, -1, 1, 1)
     ).to_text()
     for part in ("Sensor, front side up to 30°", "from Lamp 2", "where hit(Lens)", "rect -1, -1, 1, 1 mm", "flux", "±"):
         assert part in text
 
 
-def test_csv_holds_the_cells_in_the_region(ray_map, tmp_path):
-    found = evaluate_detector(ray_map, "Sensor", resolution=(8, 4), rect=(-2, -1, 0, 1))
+def test_csv_holds_the_cells_in_the_region(raymap, tmp_path):
+    found = evaluate_detector(raymap, "Sensor", resolution=(8, 4), rect=(-2, -1, 0, 1))
     text = found.write(tmp_path / "map.csv").read_text(encoding="utf-8")
     comments = [line for line in text.splitlines() if line.startswith("#")]
     assert f"# flux_w: {found.flux_w.value!r}" in comments
@@ -276,8 +275,8 @@ def test_csv_holds_the_cells_in_the_region(ray_map, tmp_path):
     assert bands == pytest.approx(found.flux_w.value, rel=1e-12)
 
 
-def test_npz_holds_all_arrays(ray_map, tmp_path):
-    found = evaluate_detector(ray_map, "Wall", resolution=(5, 4))
+def test_npz_holds_all_arrays(raymap, tmp_path):
+    found = evaluate_detector(raymap, "Wall", resolution=(5, 4))
     with np.load(found.write(tmp_path / "map.npz"), allow_pickle=False) as arrays:
         assert np.array_equal(arrays["flux_w"], found.cell_flux_w)
         assert np.array_equal(arrays["flux_stderr_w"], found.cell_stderr_w)
@@ -286,8 +285,8 @@ def test_npz_holds_all_arrays(ray_map, tmp_path):
         assert json.loads(str(arrays["figures"])) == found.to_dict()
 
 
-def test_names_of_files_are_checked(ray_map, tmp_path):
-    found = evaluate_detector(ray_map, "Wall")
+def test_names_of_files_are_checked(raymap, tmp_path):
+    found = evaluate_detector(raymap, "Wall")
     with pytest.raises(OutputError, match=r"must end in \.png, \.csv, \.npz"):
         found.write(tmp_path / "map.pdf")
     with pytest.raises(OutputError, match="no such file or directory"):
@@ -296,11 +295,11 @@ def test_names_of_files_are_checked(ray_map, tmp_path):
 
 
 @pytest.mark.parametrize("conditions", [{}, {"ellipse": (0, 0, 1, 1)}, {"where": "~true"}])
-def test_png_is_a_picture_of_the_cells(ray_map, tmp_path, conditions):
+def test_png_is_a_picture_of_the_cells(raymap, tmp_path, conditions):
     pytest.importorskip("matplotlib")
     from matplotlib.image import imread
 
-    path = evaluate_detector(ray_map, "Sensor", **conditions).write(tmp_path / "map.png")
+    path = evaluate_detector(raymap, "Sensor", **conditions).write(tmp_path / "map.png")
     picture = imread(path)
     assert picture.shape[1] > picture.shape[0] > 300  # as wide as the detector, and a colour bar
     assert len(np.unique(picture.reshape(-1, picture.shape[2]), axis=0)) > (3 if "where" in conditions else 20)

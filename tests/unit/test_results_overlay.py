@@ -10,59 +10,59 @@ from tests.criterion_maps import random_map
 
 
 @pytest.fixture(scope="module")
-def ray_map():
+def raymap():
     return random_map(seed=50, n_rays=300, portion_rays=40)
 
 
-def expected_segments(ray_map, ids):
+def expected_segments(raymap, ids):
     segments, numbers = [], []
     for number in ids:
-        ray = ray_map.rays[number]
+        ray = raymap.rays[number]
         for start, end in zip(ray, ray[1:], strict=False):
             segments.append([*start.position_mm, *end.position_mm])
             numbers.append(number)
     return np.array(segments, np.float32).reshape(-1, 6), numbers
 
 
-def test_all_segments_of_all_rays(ray_map):
-    shown = overlay(ray_map)
-    segments, numbers = expected_segments(ray_map, range(300))
+def test_all_segments_of_all_rays(raymap):
+    shown = overlay(raymap)
+    segments, numbers = expected_segments(raymap, range(300))
     assert np.array_equal(shown.segments_mm, segments)
     assert shown.ray.tolist() == numbers
     assert (shown.rays, shown.matching, shown.scanned) == (300, 300, 300)
 
 
-def test_only_matching_rays_and_no_more_than_asked(ray_map):
-    ids = query(ray_map, "from(LED) | hit(Lens)").ids
+def test_only_matching_rays_and_no_more_than_asked(raymap):
+    ids = query(raymap, "from(LED) | hit(Lens)").ids
     for max_rays in (0, 1, 5, 60, 10_000):
-        shown = overlay(ray_map, "from(LED) | hit(Lens)", max_rays=max_rays)
-        segments, numbers = expected_segments(ray_map, ids[:max_rays])
+        shown = overlay(raymap, "from(LED) | hit(Lens)", max_rays=max_rays)
+        segments, numbers = expected_segments(raymap, ids[:max_rays])
         assert np.array_equal(shown.segments_mm, segments)
         assert shown.ray.tolist() == numbers
         assert shown.rays == min(max_rays, len(ids))
 
 
-def test_rays_are_shown_whole_up_to_the_cap(ray_map):
-    lengths = np.cumsum([len(ray) - 1 for ray in ray_map.rays])
+def test_rays_are_shown_whole_up_to_the_cap(raymap):
+    lengths = np.cumsum([len(ray) - 1 for ray in raymap.rays])
     for cap in (0, 1, 17, 18, 19, 200, int(lengths[-1]), int(lengths[-1]) + 1):
-        shown = overlay(ray_map, max_segments=cap)
+        shown = overlay(raymap, max_segments=cap)
         assert shown.rays == np.searchsorted(lengths, cap, side="right")
         assert shown.n_segments == (lengths[shown.rays - 1] if shown.rays else 0) <= cap
 
 
-def test_scanning_stops_when_enough_are_shown(ray_map):
-    assert overlay(ray_map, max_rays=10).scanned == 40
-    assert overlay(ray_map, max_segments=5).scanned == 40
+def test_scanning_stops_when_enough_are_shown(raymap):
+    assert overlay(raymap, max_rays=10).scanned == 40
+    assert overlay(raymap, max_segments=5).scanned == 40
 
 
-def test_light_of_a_segment_is_that_of_the_event_where_it_starts(ray_map):
-    shown = overlay(ray_map, max_rays=20)
-    expected = [start.light for ray in ray_map.rays[:20] for start in ray[:-1]]
+def test_light_of_a_segment_is_that_of_the_event_where_it_starts(raymap):
+    shown = overlay(raymap, max_rays=20)
+    expected = [start.light for ray in raymap.rays[:20] for start in ray[:-1]]
     assert np.array_equal(shown.light, np.array(expected, np.float32))
 
 
-def test_file(ray_map, tmp_path):
-    shown = overlay(ray_map, max_rays=25)
+def test_file(raymap, tmp_path):
+    shown = overlay(raymap, max_rays=25)
     data = shown.write(tmp_path / "lines.bin").read_bytes()
     n = shown.n_segments
     assert len(data) == 28 * n
@@ -73,16 +73,16 @@ def test_file(ray_map, tmp_path):
         shown.write(tmp_path / "nowhere" / "lines.bin")
 
 
-def test_colours_are_packed_red_first(ray_map):
-    shown = overlay(ray_map, max_rays=5)
+def test_colours_are_packed_red_first(raymap):
+    shown = overlay(raymap, max_rays=5)
     colours = light_colours(shown.light)
     for rgba, (red, green, blue) in zip(shown.rgba.tolist(), colours.tolist(), strict=True):
         assert rgba == red << 24 | green << 16 | blue << 8 | 0xFF
 
 
-def test_negative_limits_are_refused(ray_map):
+def test_negative_limits_are_refused(raymap):
     with pytest.raises(CriterionError, match="At least 0 rays"):
-        overlay(ray_map, max_rays=-1)
+        overlay(raymap, max_rays=-1)
 
 
 def test_a_colour_keeps_its_hue_and_gets_dimmer():

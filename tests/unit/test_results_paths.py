@@ -31,31 +31,31 @@ def written_out(ray):
 
 
 @pytest.fixture(scope="module")
-def ray_map():
+def raymap():
     return random_map(seed=30, n_rays=800, portion_rays=90)
 
 
-def test_every_ray_is_on_one_path(ray_map):
-    table = distinct_paths(ray_map)
-    expected = Counter(written_out(ray) for ray in ray_map.rays)
+def test_every_ray_is_on_one_path(raymap):
+    table = distinct_paths(raymap)
+    expected = Counter(written_out(ray) for ray in raymap.rays)
     assert {path.signature: path.rays for path in table.paths} == dict(expected)
-    assert table.n_paths == len(expected) < ray_map.n_rays
-    assert table.rays == ray_map.n_rays
+    assert table.n_paths == len(expected) < raymap.n_rays
+    assert table.rays == raymap.n_rays
     assert sum(path.flux_w for path in table.paths) == pytest.approx(sum(SOURCE_FLUX_W), rel=1e-12)
 
 
-def test_flux_and_error_of_a_path(ray_map):
-    for path in distinct_paths(ray_map, limit=20).paths:
+def test_flux_and_error_of_a_path(raymap):
+    for path in distinct_paths(raymap, limit=20).paths:
         source = NAMES.sources.index(path.source)
-        n = sum(ray[0].source == source for ray in ray_map.rays)
+        n = sum(ray[0].source == source for ray in raymap.rays)
         share = path.rays / n
         assert path.flux_w == pytest.approx(SOURCE_FLUX_W[source] * share, rel=1e-14)
         error = SOURCE_FLUX_W[source] * math.sqrt(share * (1 - share) / (n - 1))
         assert path.flux_stderr_w == pytest.approx(error, rel=1e-10)
 
 
-def test_largest_first_and_limited(ray_map):
-    table, short = distinct_paths(ray_map), distinct_paths(ray_map, limit=5)
+def test_largest_first_and_limited(raymap):
+    table, short = distinct_paths(raymap), distinct_paths(raymap, limit=5)
     fluxes = [path.flux_w for path in table.paths]
     assert fluxes == sorted(fluxes, reverse=True)
     assert short.paths == table.paths[:5]
@@ -66,12 +66,12 @@ def test_portions_make_no_difference():
     assert distinct_paths(random_map(4, portion_rays=11)) == distinct_paths(random_map(4, portion_rays=10**6))
 
 
-def test_only_matching_rays(ray_map):
-    table = distinct_paths(ray_map, "from(LED) & detector(Sensor)")
+def test_only_matching_rays(raymap):
+    table = distinct_paths(raymap, "from(LED) & detector(Sensor)")
     assert table.rays > 0
     assert all(path.signature.startswith("LED >") and "[Sensor]" in path.signature for path in table.paths)
     assert table.criterion == "from(LED) & detector(Sensor)"
-    assert distinct_paths(ray_map, "~true").paths == ()
+    assert distinct_paths(raymap, "~true").paths == ()
 
 
 def test_how_a_path_reads():
@@ -94,8 +94,8 @@ def test_the_face_ahead_of_an_absorption_on_the_way_makes_no_other_path():
     assert [path.rays for path in distinct_paths(MemoryMap(rays, 2)).paths] == [2]
 
 
-def test_figures_for_json_and_text(ray_map):
-    table = distinct_paths(ray_map, limit=3)
+def test_figures_for_json_and_text(raymap):
+    table = distinct_paths(raymap, limit=3)
     data = json.loads(json.dumps(table.to_dict()))
     assert [set(path) for path in data["paths"]] == [{"signature", "source", "rays", "flux_w", "flux_stderr_w"}] * 3
     lines = table.to_text().splitlines()

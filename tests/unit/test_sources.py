@@ -12,8 +12,12 @@ from pydantic import ValidationError
 from raymaps import scene as scene_module
 from raymaps.compile import compile_scene
 from raymaps.scene import Scene, load_scene
-from raymaps.sources import SOURCES, emitters, rays_per_source, relative_light, source_of_rays
+from raymaps.sources import SOURCES, emitters, relative_light, source_of_rays
 from tests.store.small_scenes import workshop, write_scene
+
+
+def rays_per_source(scene, first_ray, n_rays):
+    return np.bincount(source_of_rays(scene, first_ray, n_rays), minlength=len(scene.sources))
 
 
 def scene_with(fluxes_w: list[float], rgb: list | None = None) -> Scene:
@@ -84,7 +88,7 @@ def test_emitters_stand_in_the_scenes_order_and_frame(tmp_path):
     position, axis, cosine = made[2].arguments
     assert compiled.frame.to_mm(position) == pytest.approx([0, 1, 0.3])
     assert np.linalg.norm(axis) == pytest.approx(1)
-    assert cosine == pytest.approx(np.cos(np.radians(20)))
+    assert cosine == pytest.approx(1 - np.cos(np.radians(20)))
     assert made[3].arguments[2] * compiled.frame.unit_mm == pytest.approx(2)
 
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from raymaps.criterion import tree
 from raymaps.criterion.text import parse_criterion
 from raymaps.errors import CriterionError, unknown_name
-from raymaps.kinds import CRITERION_KINDS, ENDINGS, EventKind
+from raymaps.kinds import CRITERION_KINDS, ENDINGS, OFF_SURFACE, EventKind
 from raymaps.names import Names
 from raymaps.store.signatures import NONE, SignatureTable
 
@@ -33,13 +33,7 @@ __all__ = ["Bound", "Verdicts", "bind", "inside_area", "matching_rays"]
 Mask = NDArray[np.bool_]
 
 #: Events that don't take place on a surface, whatever body they name.
-_NOT_ON_A_SURFACE = (
-    EventKind.EMISSION,
-    EventKind.MEDIUM_ABSORPTION,
-    EventKind.MEDIUM_SCATTERING,
-    EventKind.LEFT,
-    EventKind.CROSSING,
-)
+_NOT_ON_A_SURFACE = (*OFF_SURFACE, EventKind.EMISSION, EventKind.CROSSING)
 
 
 @dataclass(frozen=True)

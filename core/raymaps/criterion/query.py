@@ -33,9 +33,9 @@ class QueryResult:
         Matching rays among the scanned.
     scanned : int
         Rays looked at; all of the map unless enough were found before.
-    flux_w, flux_stderr_w : float
-        Light that the matching rays were emitted with, in W, and its standard error. The scanned rays alone make a fair
-        simulation, so the figure stands for the whole map also where it was scanned in part.
+    flux_w, flux_stderr_w : float or None
+        Light that the matching rays were emitted with, in W, and its standard error. None where the search stopped
+        early: rays that were scanned *until* enough were found are no fair sample.
     ids : (n,) int64
         Numbers of the matching rays, ascending; the first ones if a limit was set.
     """
@@ -43,8 +43,8 @@ class QueryResult:
     criterion: str
     rays: int
     scanned: int
-    flux_w: float
-    flux_stderr_w: float
+    flux_w: float | None
+    flux_stderr_w: float | None
     ids: NDArray[np.int64]
 
     def to_dict(self) -> dict[str, Any]:
@@ -59,12 +59,12 @@ class QueryResult:
         }
 
 
-def query(ray_map: RayMap, criterion: Criterion | str | None = None, limit: int | None = None) -> QueryResult:
+def query(raymap: RayMap, criterion: Criterion | str | None = None, limit: int | None = None) -> QueryResult:
     """Rays of a map that match a criterion.
 
     Parameters
     ----------
-    ray_map : RayMap
+    raymap : RayMap
     criterion : Criterion, its text form, or None for every ray
     limit : int, optional
         How many ray numbers are wanted. Portions are scanned in order, and no further than needed to find so many.
@@ -76,37 +76,40 @@ def query(ray_map: RayMap, criterion: Criterion | str | None = None, limit: int 
     """
     if limit is not None and limit < 0:
         raise CriterionError(f"The limit must be 0 or more rays, got {limit}.")
-    bound = bind(Everything() if criterion is None else criterion, ray_map.names)
-    n_sources = len(ray_map.names.sources)
+    bound = bind(Everything() if criterion is None else criterion, raymap.names)
+    n_sources = len(raymap.names.sources)
     ids: list[NDArray[np.int64]] = []
     scanned: list[Portion] = []
     found_of_source = np.zeros(n_sources, np.int64)
-    for portion, rays in matches(ray_map, bound):
+    for portion, rays in matches(raymap, bound):
         ids.append(portion.first_ray + rays)
         found_of_source += rays_per_source(portion, n_sources, rays)
         scanned.append(portion)
         if limit is not None and found_of_source.sum() >= limit:
             break
-    whole = len(scanned) == len(ray_map.portions)
-    scanned_of_source = (
-        ray_map.rays_of_source if whole else sum(rays_per_source(portion, n_sources) for portion in scanned)
-    )
-    flux_w, stderr_w = estimate_flux(
-        ray_map.source_flux_w, scanned_of_source, found_of_source, found_of_source, _decided(bound, n_sources)
-    )
+    flux_w = stderr_w = None
+    if len(scanned) == len(raymap.portions):
+        flux, stderr = estimate_flux(
+            raymap.source_flux_w,
+            raymap.rays_of_source,
+            found_of_source,
+            found_of_source,
+            _decided(bound, raymap.rays_of_source),
+        )
+        flux_w, stderr_w = float(flux), float(stderr)
     return QueryResult(
         criterion=format_criterion(bound.criterion),
         rays=int(found_of_source.sum()),
         scanned=sum(portion.n_rays for portion in scanned),
-        flux_w=float(flux_w),
-        flux_stderr_w=float(stderr_w),
+        flux_w=flux_w,
+        flux_stderr_w=stderr_w,
         ids=_frozen(np.concatenate([np.zeros(0, np.int64), *ids])[:limit]),
     )
 
 
-def matches(ray_map: RayMap, bound: Bound) -> Iterator[tuple[Portion, NDArray[np.int64]]]:
+def matches(raymap: RayMap, bound: Bound) -> Iterator[tuple[Portion, NDArray[np.int64]]]:
     """Portion by portion, in order, the matching rays as ascending numbers within the portion."""
-    for portion in ray_map.portions:
+    for portion in raymap.portions:
         yield portion, matching_rays(portion, bound)
 
 
@@ -117,10 +120,10 @@ def rays_per_source(portion: Portion, n_sources: int, rays: NDArray[np.int64] | 
     return np.bincount(portion.signatures.ray_source, of_signature, n_sources).astype(np.int64)
 
 
-def _decided(bound: Bound, n_sources: int) -> NDArray[np.bool_]:
-    """Sources all of whose rays match, or none, by the criterion's logic alone."""
-    verdicts = bound.on_sources(n_sources)
-    return verdicts.always | ~verdicts.maybe
+def _decided(bound: Bound, rays_of_source: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Sources whose flux is known by the criterion's logic alone: none of their rays match, or all that there are."""
+    verdicts = bound.on_sources(len(rays_of_source))
+    return (verdicts.always & (rays_of_source > 0)) | ~verdicts.maybe
 
 
 def _frozen(array: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from raymaps.kernels.options import kernel
+from raymaps.jit import kernel
 
 __all__ = ["has_step", "has_step_at"]
 

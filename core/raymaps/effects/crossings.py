@@ -42,9 +42,10 @@ def rectangle_crossing(
     x_axis, y_axis, normal = detector_axes(detector)
     start, end = start_mm - np.array(detector.center_mm), end_mm - np.array(detector.center_mm)
     before, after = start @ normal, end @ normal
-    if (before > 0) == (after > 0):
-        return None
-    point = start + before / (before - after) * (end - start)
+    on_plane = 1e-9 * max(np.linalg.norm(start), np.linalg.norm(end))
+    if abs(before) <= on_plane or (abs(after) > on_plane and (before > 0) == (after > 0)):
+        return None  # a segment that starts on the plane crossed it when it arrived
+    point = end if abs(after) <= on_plane else start + before / (before - after) * (end - start)
     x, y = float(point @ x_axis), float(point @ y_axis)
     if abs(x) > detector.width_mm / 2 or abs(y) > detector.height_mm / 2:
         return None

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from raymaps.kernels.options import kernel
+from raymaps.jit import kernel
 from raymaps.kernels.transport import PENDING
 from raymaps.kinds import EventKind, SurfaceKind
 

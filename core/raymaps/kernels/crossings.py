@@ -7,14 +7,19 @@ import math
 
 import numpy as np
 
-from raymaps.kernels.options import kernel
+from raymaps.jit import kernel
+from raymaps.kinds import ANGLE_STEP_RAD
 
-__all__ = ["ANGLE_STEP_RAD", "CROSSING", "run"]
+__all__ = ["CROSSING", "ON_PLANE", "run"]
 
-#: Step to which crossing angles are rounded: 0.0002 degrees, far below what a detector tells apart.
-ANGLE_STEP_RAD = 2.0**-18
+#: In frame units: what is nearer to a detector's plane lies on it. Far above the rounding of hit points and of
+#: coordinates that were written with 12 digits, far below the distance at which a ray starts off its triangle.
+ON_PLANE = 2.0**-32
 
-#: A crossing: place in mm on the frame's grid, angle on its own; ``part`` says where along its segment, from 0 to 1.
+#: The largest angle that can be stored: pi rounded down.
+_LARGEST_ANGLE_RAD = math.floor(math.pi / ANGLE_STEP_RAD) * ANGLE_STEP_RAD
+
+#: A crossing: place in mm on the detector's grid, angle in its own steps; ``part`` says where on its segment (0 to 1).
 CROSSING = np.dtype(
     [
         ("part", "f8"),
@@ -33,6 +38,9 @@ CROSSING = np.dtype(
 def run(active, wave, tables, frame, depth, found):
     """Find the crossings of the segments that end at event ``depth``, in the order of the rays and along each segment.
 
+    A segment crosses a detector if it starts off its plane and passes the plane or ends on it. One that starts on the
+    plane does not: light that a face in the plane of a detector reflects or transmits crossed when it arrived.
+
     Parameters
     ----------
     found : (n,) CROSSING, filled as far as it goes
@@ -43,7 +51,6 @@ def run(active, wave, tables, frame, depth, found):
     """
     count = 0
     n_detectors = len(tables.detector_center)
-    per_grid = frame.unit_mm / frame.grid_mm
     for k in range(len(active)):
         i = active[k]
         first_here = count
@@ -53,9 +60,9 @@ def run(active, wave, tables, frame, depth, found):
                 normal = tables.detector_axes[d, 2, axis]
                 before += (wave.position[i, axis] - tables.detector_center[d, axis]) * normal
                 after += (wave.end[i, axis] - tables.detector_center[d, axis]) * normal
-            if (before > 0.0) == (after > 0.0):
+            if abs(before) <= ON_PLANE or (abs(after) > ON_PLANE and (before > 0.0) == (after > 0.0)):
                 continue
-            part = before / (before - after)
+            part = min(1.0, before / (before - after)) if abs(after) > ON_PLANE else 1.0
             x = y = cosine = 0.0
             for axis in range(3):
                 start, end = wave.position[i, axis], wave.end[i, axis]
@@ -73,11 +80,13 @@ def run(active, wave, tables, frame, depth, found):
                 c = found[at]
                 c.slot = i
                 c.event = depth - 1
-                c.x_mm = math.floor(x * per_grid + 0.5) * frame.grid_mm
-                c.y_mm = math.floor(y * per_grid + 0.5) * frame.grid_mm
+                grid_mm = tables.detector_grid_mm[d]
+                c.x_mm = math.floor(x * frame.unit_mm / grid_mm + 0.5) * grid_mm
+                c.y_mm = math.floor(y * frame.unit_mm / grid_mm + 0.5) * grid_mm
                 c.part = part
                 angle = math.acos(min(1.0, max(-1.0, cosine)))
-                c.angle_rad = math.floor(angle / ANGLE_STEP_RAD + 0.5) * ANGLE_STEP_RAD
+                angle = math.floor(angle / ANGLE_STEP_RAD + 0.5) * ANGLE_STEP_RAD
+                c.angle_rad = min(angle, _LARGEST_ANGLE_RAD)
                 c.detector = d
             count += 1
     return count

@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import math
 
-from raymaps.kernels.options import inlined
+from raymaps.jit import kernel
 
 __all__ = ["around", "lambertian"]
 
 
-@inlined
-def around(x, y, z, cos_theta, azimuth):
+@kernel
+def around(x, y, z, cos_theta, sin_theta, azimuth):
     """Unit vector at a polar angle and an azimuth around the unit vector (x, y, z).
 
     References
@@ -21,7 +21,6 @@ def around(x, y, z, cos_theta, azimuth):
     sign = math.copysign(1.0, z)
     a = -1.0 / (sign + z)
     b = x * y * a
-    sin_theta = math.sqrt(max(0.0, 1.0 - cos_theta * cos_theta))
     p, q = sin_theta * math.cos(azimuth), sin_theta * math.sin(azimuth)
     return (
         p * (1.0 + sign * x * x * a) + q * b + cos_theta * x,
@@ -30,7 +29,7 @@ def around(x, y, z, cos_theta, azimuth):
     )
 
 
-@inlined
+@kernel
 def lambertian(x, y, z, u, v):
     """Unit vector with density cos(theta) / pi around the unit vector (x, y, z): sin²(theta) = u, azimuth = 2 pi v."""
-    return around(x, y, z, math.sqrt(1.0 - u), 2.0 * math.pi * v)
+    return around(x, y, z, math.sqrt(1.0 - u), math.sqrt(u), 2.0 * math.pi * v)

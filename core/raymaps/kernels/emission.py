@@ -10,21 +10,22 @@ import math
 
 import numpy as np
 
+from raymaps.jit import kernel
 from raymaps.kernels.directions import around, lambertian
-from raymaps.kernels.options import kernel
 from raymaps.kernels.random import EMIT_PLACE, ON_SURFACE, uniforms
 
 __all__ = ["emit_disc", "emit_faces", "emit_point"]
 
 
 @kernel
-def emit_point(slots, wave, key, position, axis, cos_half_angle):
-    """From a point with constant intensity inside a cone; cos_half_angle -1 is the whole sphere."""
+def emit_point(slots, wave, key, position, axis, opening):
+    """From a point with constant intensity inside a cone; ``opening`` is 1 - cos(half angle), 2 for a sphere."""
     for k in range(len(slots)):
         i = slots[k]
         u, v, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), 0, ON_SURFACE)
-        cos_theta = 1.0 - u * (1.0 - cos_half_angle)
-        dx, dy, dz = around(axis[0], axis[1], axis[2], cos_theta, 2.0 * math.pi * v)
+        below = u * opening  # 1 - cos(theta); so narrow cones keep their sines
+        sin_theta = math.sqrt(below * (2.0 - below))
+        dx, dy, dz = around(axis[0], axis[1], axis[2], 1.0 - below, sin_theta, 2.0 * math.pi * v)
         wave.direction[i, 0], wave.direction[i, 1], wave.direction[i, 2] = dx, dy, dz
         for a in range(3):
             wave.position[i, a] = position[a]
@@ -36,7 +37,7 @@ def emit_disc(slots, wave, key, position, axis, radius):
     for k in range(len(slots)):
         i = slots[k]
         u, v, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), 0, ON_SURFACE)
-        px, py, pz = around(axis[0], axis[1], axis[2], 0.0, 2.0 * math.pi * v)
+        px, py, pz = around(axis[0], axis[1], axis[2], 0.0, 1.0, 2.0 * math.pi * v)
         from_center = radius * math.sqrt(u)
         wave.position[i, 0] = position[0] + from_center * px
         wave.position[i, 1] = position[1] + from_center * py

@@ -10,8 +10,8 @@ import math
 
 import numpy as np
 
+from raymaps.jit import kernel
 from raymaps.kernels.mirror import reflect
-from raymaps.kernels.options import inlined, kernel
 from raymaps.kernels.random import ON_SURFACE, uniforms
 from raymaps.kernels.transport import PENDING
 from raymaps.kinds import EventKind, SurfaceKind
@@ -21,7 +21,7 @@ _REFLECTION = int(EventKind.FRESNEL_REFLECTION)
 _REFRACTION = int(EventKind.FRESNEL_REFRACTION)
 
 
-@inlined
+@kernel
 def reflectance(cos_i, n_i, n_t):
     """Power reflectance and cosine of refraction; (1, 0) under total internal reflection."""
     sin2_t = (n_i / n_t) ** 2 * (1.0 - cos_i * cos_i)

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from raymaps.jit import kernel
 from raymaps.kernels.directions import lambertian
-from raymaps.kernels.options import kernel
 from raymaps.kernels.outcome import draw_outcome
 from raymaps.kernels.random import ON_SURFACE, uniforms
 from raymaps.kernels.transport import PENDING

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from raymaps.kernels.options import kernel
+from raymaps.jit import kernel
 from raymaps.kernels.random import IN_MEDIUM, uniforms
 from raymaps.kinds import EventKind
 

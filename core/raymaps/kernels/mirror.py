@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from raymaps.kernels.options import inlined, kernel
+from raymaps.jit import kernel
 from raymaps.kernels.outcome import draw_outcome
 from raymaps.kernels.random import ON_SURFACE, uniforms
 from raymaps.kernels.transport import PENDING
@@ -18,7 +18,7 @@ _REFLECTION = int(EventKind.SPECULAR_REFLECTION)
 _ABSORPTION = int(EventKind.ABSORPTION)
 
 
-@inlined
+@kernel
 def reflect(wave, i, plane):
     """Turn the direction of ray i around a plane's normal, and renormalise it."""
     dx, dy, dz = wave.direction[i, 0], wave.direction[i, 1], wave.direction[i, 2]

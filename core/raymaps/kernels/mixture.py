@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from raymaps.kernels.options import kernel
+from raymaps.jit import kernel
 from raymaps.kernels.random import ON_SURFACE, uniforms
 from raymaps.kernels.transport import PENDING
 from raymaps.kinds import SurfaceKind

@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from raymaps.kernels.options import inlined
+from raymaps.jit import kernel
 
 __all__ = ["draw_outcome"]
 
 
-@inlined
+@kernel
 def draw_outcome(light, first, second, threshold, u):
     """Draw one of two outcomes or absorption, and scale the light so that its expectation is right in each band.
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from raymaps.kernels.options import inlined
+from raymaps.jit import kernel
 
 __all__ = ["EMIT_PLACE", "IN_MEDIUM", "ON_SURFACE", "philox4x32", "uniforms"]
 
@@ -25,7 +25,7 @@ _LOW = np.uint64(0xFFFFFFFF)
 _32 = np.uint64(32)
 
 
-@inlined
+@kernel
 def philox4x32(c0, c1, c2, c3, k0, k1):
     """Ten rounds of Philox; counter and key are 32-bit words held in uint64, and so are the four results."""
     for _ in range(10):
@@ -37,7 +37,7 @@ def philox4x32(c0, c1, c2, c3, k0, k1):
     return c0, c1, c2, c3
 
 
-@inlined
+@kernel
 def uniforms(seed, ray, event, purpose):
     """Four uniform numbers in the open interval (0, 1), each a multiple of 2^-33.
 

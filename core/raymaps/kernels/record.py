@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 
-from raymaps.kernels.options import kernel
+from raymaps.jit import kernel
 from raymaps.kernels.transport import PENDING
 from raymaps.kinds import EventKind
 

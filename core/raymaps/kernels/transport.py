@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from raymaps.kernels.options import kernel
+from raymaps.jit import kernel
 from raymaps.kinds import EventKind
 
 __all__ = ["MISSED", "PENDING", "REJECTED", "START_OFFSET", "arrive", "locate", "start"]

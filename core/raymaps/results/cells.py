@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.criterion import Area, Bound, Everything, inside_area, matching_rays
+from raymaps.effects.crossings import detector_axes
 from raymaps.scene import RectangleDetector
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ class CellSums(NamedTuple):
 
 
 def sum_cells(
-    ray_map: RayMap,
+    raymap: RayMap,
     detector_index: int,
     resolution: tuple[int, int],
     max_angle_rad: float | None,
@@ -61,24 +62,25 @@ def sum_cells(
     """
     from raymaps.results.cells_kernel import add_crossings
 
-    detector = ray_map.scene.detectors[ray_map.names.detectors[detector_index]]
-    n_sources, n_cells = len(ray_map.names.sources), resolution[0] * resolution[1]
+    detector = raymap.scene.detectors[raymap.names.detectors[detector_index]]
+    n_sources, n_cells = len(raymap.names.sources), resolution[0] * resolution[1]
     per_cell = (n_sources, n_cells)
     sums = CellSums(
         np.zeros(n_sources), np.zeros(n_sources), np.zeros((*per_cell, 3)), np.zeros(per_cell), np.zeros(per_cell)
     )
     in_cell = np.zeros(n_cells)
     n_rays = n_crossings = 0
-    for portion in ray_map.portions:
+    for portion in raymap.portions:
         rows = _counted(portion, detector, detector_index, max_angle_rad, area, bound)
         if len(rows):
             n_crossings += len(rows)
+            light, light_row = _light_at_crossings(raymap, portion, detector, detector_index)
             n_rays += add_crossings(
                 rows,
                 portion.crossing_ray,
-                portion.crossing_row,
+                light_row,
                 portion.crossing_xy_mm,
-                portion.light,
+                light,
                 portion.signatures.ray_source[portion.ray_signature],
                 (detector.width_mm, detector.height_mm),
                 resolution,
@@ -86,6 +88,30 @@ def sum_cells(
                 in_cell,
             )
     return sums, n_rays, n_crossings
+
+
+def _light_at_crossings(
+    raymap: RayMap, portion: Portion, detector: RectangleDetector, detector_index: int
+) -> tuple[NDArray[np.floating], NDArray[np.int64]]:
+    """Light by band, and for each crossing its row there.
+
+    Along a segment the light in all is constant, because absorption is drawn. In a medium that absorbs the bands
+    unequally their shares shift on the way to the crossing: to l_b exp(-a_b t), scaled to the same sum.
+    """
+    media = raymap.scene.media
+    absorption = np.array([media[n].absorption_per_mm if n in media else (0.0,) * 3 for n in raymap.names.media])
+    tinted = (absorption != absorption[:, :1]).any(axis=1)
+    if not tinted.any():
+        return portion.light, portion.crossing_row
+    row = portion.crossing_row
+    light = portion.light[row].astype(np.float64)
+    medium = portion.signatures.medium[portion.event_step[row]]
+    here = np.flatnonzero(tinted[medium] & (portion.crossing_detector == detector_index))
+    place = np.array(detector.center_mm) + portion.crossing_xy_mm[here] @ detector_axes(detector)[:2]
+    way_mm = np.linalg.norm(place - portion.position_mm[row[here]], axis=1)
+    through = light[here] * np.exp(-absorption[medium[here]] * way_mm[:, None])
+    light[here] = through * (light[here].sum(axis=1) / through.sum(axis=1))[:, None]
+    return light, np.arange(len(row))
 
 
 def _counted(

@@ -188,7 +188,7 @@ class DetectorMap:
 
 
 def evaluate_detector(
-    ray_map: RayMap,
+    raymap: RayMap,
     name: str,
     *,
     resolution: tuple[int, int] | None = None,
@@ -202,7 +202,7 @@ def evaluate_detector(
 
     Parameters
     ----------
-    ray_map : RayMap
+    raymap : RayMap
     name : str
     resolution : (n_x, n_y), optional
         Cells in place of the detector's own; it changes no flux.
@@ -221,10 +221,10 @@ def evaluate_detector(
     CriterionError
         If there is no such detector or source, or a condition makes no sense.
     """
-    names = ray_map.names
+    names = raymap.names
     if name not in names.detectors:
         raise CriterionError(unknown_name("detector", name, names.detectors))
-    detector = ray_map.scene.detectors[name]
+    detector = raymap.scene.detectors[name]
     n_x, n_y = resolution = _checked_resolution(resolution or detector.resolution)
     if max_angle_deg is not None and not 0 < max_angle_deg <= 90:
         raise CriterionError(f"The acceptance angle must be above 0 and at most 90 degrees, got {max_angle_deg:g}.")
@@ -241,7 +241,7 @@ def evaluate_detector(
             f"{detector.height_mm / 2:g} mm along y from its centre."
         )
     sums, n_rays, n_crossings = sum_cells(
-        ray_map,
+        raymap,
         names.detectors.index(name),
         resolution,
         None if max_angle_deg is None else math.radians(max_angle_deg),
@@ -255,8 +255,8 @@ def evaluate_detector(
         counting = inside if inside.any() else counting
     figures = _statistics(
         sums,
-        ray_map.source_flux_w,
-        ray_map.rays_of_source,
+        raymap.source_flux_w,
+        raymap.rays_of_source,
         ~bound.on_sources(len(names.sources)).maybe,
         cell_area_mm2,
         counting,

@@ -128,9 +128,9 @@ def build_view(
     return _view(what.name, f"{len(what.sources)} sources with {flux}", what, load_bodies(what), None)
 
 
-def _what_is_shown(ray_map: RayMap, where: Criterion | str | None, shown: Overlay) -> str:
+def _what_is_shown(raymap: RayMap, where: Criterion | str | None, shown: Overlay) -> str:
     if where is None:
-        return f"the first {shown.rays} of {ray_map.n_rays} rays"
+        return f"the first {shown.rays} of {raymap.n_rays} rays"
     criterion = where if isinstance(where, str) else format_criterion(where)
     found = f"{shown.rays} rays where {criterion}"
     return f"{found}  ({shown.matching} match of {shown.scanned} looked at)"

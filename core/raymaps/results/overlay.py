@@ -82,7 +82,7 @@ class Overlay:
 
 
 def overlay(
-    ray_map: RayMap,
+    raymap: RayMap,
     where: Criterion | str | None = None,
     max_rays: int = MAX_RAYS,
     max_segments: int = MAX_SEGMENTS,
@@ -91,7 +91,7 @@ def overlay(
 
     Parameters
     ----------
-    ray_map : RayMap
+    raymap : RayMap
     where : Criterion or str, optional
     max_rays, max_segments : int
         Rays are added whole until the next one would exceed one of the two.
@@ -103,10 +103,10 @@ def overlay(
     """
     if max_rays < 0 or max_segments < 0:
         raise CriterionError(f"At least 0 rays and segments can be shown, got {max_rays} and {max_segments}.")
-    bound = bind(Everything() if where is None else where, ray_map.names)
+    bound = bind(Everything() if where is None else where, raymap.names)
     chunks: list[tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.int64]]] = []
     shown = n_segments = matching = scanned = 0
-    for portion, rays in matches(ray_map, bound):
+    for portion, rays in matches(raymap, bound):
         matching += len(rays)
         scanned += portion.n_rays
         lengths = np.diff(portion.event_offsets)[rays] - 1

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.criterion import Criterion, Everything, bind, estimate_flux, format_criterion, matches
-from raymaps.kinds import EventKind
+from raymaps.kinds import IN_MEDIUM, OFF_SURFACE, EventKind
 from raymaps.names import Names
 from raymaps.store.signatures import NONE, SignatureTable
 from raymaps.units import format_flux
@@ -25,8 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["DistinctPath", "PathTable", "distinct_paths"]
 
-_IN_MEDIUM = (EventKind.MEDIUM_ABSORPTION, EventKind.MEDIUM_SCATTERING)
-_WITHOUT_PLACE = (EventKind.EMISSION, EventKind.LEFT, *_IN_MEDIUM)
+_WITHOUT_PLACE = (EventKind.EMISSION, *OFF_SURFACE)
 
 
 @dataclass(frozen=True)
@@ -101,20 +100,20 @@ class PathTable:
         return "\n".join(lines)
 
 
-def distinct_paths(ray_map: RayMap, where: Criterion | str | None = None, limit: int | None = None) -> PathTable:
+def distinct_paths(raymap: RayMap, where: Criterion | str | None = None, limit: int | None = None) -> PathTable:
     """Distinct paths of a map's rays, merged over its portions.
 
     Parameters
     ----------
-    ray_map : RayMap
+    raymap : RayMap
     where : Criterion or str, optional
         Only rays that match.
     limit : int, optional
         Only the paths with the largest flux.
     """
-    bound = bind(Everything() if where is None else where, ray_map.names)
+    bound = bind(Everything() if where is None else where, raymap.names)
     counts: dict[bytes, int] = {}
-    for portion, rays in matches(ray_map, bound):
+    for portion, rays in matches(raymap, bound):
         table = portion.signatures
         of_signature = np.bincount(portion.ray_signature[rays], minlength=len(table))
         steps = _path_steps(table)
@@ -126,10 +125,10 @@ def distinct_paths(ray_map: RayMap, where: Criterion | str | None = None, limit:
     n_rays = np.array([counts[key] for key in keys], np.int64)
     # every path belongs to one source, of which it is a share of the rays
     flux_w, stderr_w = estimate_flux(
-        ray_map.source_flux_w[source][None], ray_map.rays_of_source[source][None], n_rays[None], n_rays[None]
+        raymap.source_flux_w[source][None], raymap.rays_of_source[source][None], n_rays[None], n_rays[None]
     )
     order = sorted(range(len(keys)), key=lambda i: (-flux_w[i], -n_rays[i], keys[i]))
-    names, words = ray_map.names, dict[bytes, str]()
+    names, words = raymap.names, dict[bytes, str]()
     return PathTable(
         criterion=None if where is None else format_criterion(bound.criterion),
         n_paths=len(keys),
@@ -160,7 +159,7 @@ def _path_steps(table: SignatureTable) -> NDArray[np.void]:
     steps["source"] = table.source
     steps["detector"] = table.detector
     steps["registered"] = table.registered
-    in_medium = np.isin(table.kind, _IN_MEDIUM)
+    in_medium = np.isin(table.kind, IN_MEDIUM)
     steps["face"] = np.where(np.isin(table.kind, _WITHOUT_PLACE), NONE, table.face)
     events = np.flatnonzero(table.kind != EventKind.CROSSING)
     here = np.flatnonzero(in_medium[events])
@@ -187,7 +186,7 @@ def _describe(step: np.void, names: Names) -> str:
     if kind is EventKind.CROSSING:
         detector = names.detectors[step["detector"]]
         return f"[{detector}]" if step["registered"] == 1 else f"({detector})"
-    if kind in _IN_MEDIUM:
+    if kind in IN_MEDIUM:
         return f"{names.media[step['medium']]} {kind.label}"
     if step["face"] != NONE:
         return f"{names.face_label(step['face'])} {kind.label}"

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from raymaps.criterion import Criterion, QueryResult, query
 from raymaps.errors import CriterionError
-from raymaps.kinds import ENDINGS, EventKind
+from raymaps.kinds import ENDINGS, OFF_SURFACE, EventKind
 from raymaps.results.incidence import incidence_angles_rad
 from raymaps.results.words import describe_event
 from raymaps.store.signatures import NONE
@@ -153,12 +153,12 @@ class Report:
         return write_text(path, text)
 
 
-def report(ray_map: RayMap, where: Criterion | str | None = None, limit: int = 20) -> Report:
+def report(raymap: RayMap, where: Criterion | str | None = None, limit: int = 20) -> Report:
     """Histories of the first rays that match a criterion.
 
     Parameters
     ----------
-    ray_map : RayMap
+    raymap : RayMap
     where : Criterion or str, optional
     limit : int
         How many rays to tell of at most.
@@ -168,50 +168,52 @@ def report(ray_map: RayMap, where: Criterion | str | None = None, limit: int = 2
     CriterionError
         If the criterion can't be read or names something that the map does not hold.
     """
-    found = query(ray_map, where, limit)
-    return Report(Path(ray_map.path).name, found, ray_histories(ray_map, found.ids.tolist()))
+    if limit < 0:
+        raise CriterionError(f"The limit must be 0 or more rays, got {limit}.")
+    found = query(raymap, where)  # all of them, for their number and flux
+    found = replace(found, ids=found.ids[:limit])
+    return Report(Path(raymap.path).name, found, ray_histories(raymap, found.ids.tolist()))
 
 
-def ray_histories(ray_map: RayMap, rays: Sequence[int]) -> tuple[RayHistory, ...]:
+def ray_histories(raymap: RayMap, rays: Sequence[int]) -> tuple[RayHistory, ...]:
     """Histories of rays given by their numbers, in that order; raises `CriterionError` for one that is not there."""
     histories: dict[int, RayHistory] = {}
     wanted = sorted(set(rays))
-    for portion in ray_map.portions:
+    for portion in raymap.portions:
         first, end = np.searchsorted(wanted, (portion.first_ray, portion.first_ray + portion.n_rays))
         if first < end:
-            histories.update(_of_portion(ray_map, portion, np.array(wanted[first:end]) - portion.first_ray))
+            histories.update(_of_portion(raymap, portion, np.array(wanted[first:end]) - portion.first_ray))
     for ray in rays:
         if ray not in histories:
-            raise CriterionError(f"Ray {ray} is not in the map, which holds {ray_map.n_rays} rays.")
+            raise CriterionError(f"Ray {ray} is not in the map, which holds {raymap.n_rays} rays.")
     return tuple(histories[ray] for ray in rays)
 
 
-def _of_portion(ray_map: RayMap, portion: Portion, rays: NDArray[np.int64]) -> dict[int, RayHistory]:
+def _of_portion(raymap: RayMap, portion: Portion, rays: NDArray[np.int64]) -> dict[int, RayHistory]:
     crossing_start = np.searchsorted(portion.crossing_ray, rays)
     crossing_end = np.searchsorted(portion.crossing_ray, rays, side="right")
     histories = {}
     for ray, *crossings in zip(rays.tolist(), crossing_start.tolist(), crossing_end.tolist(), strict=True):
-        history = _history(ray_map, portion, ray, range(*crossings))
+        history = _history(raymap, portion, ray, range(*crossings))
         histories[history.ray] = history
     return histories
 
 
-def _history(ray_map: RayMap, portion: Portion, ray: int, crossings: range) -> RayHistory:
-    table, names = portion.signatures, ray_map.names
+def _history(raymap: RayMap, portion: Portion, ray: int, crossings: range) -> RayHistory:
+    table, names = portion.signatures, raymap.names
     signature = int(portion.ray_signature[ray])
     steps = np.arange(table.offsets[signature], table.offsets[signature + 1])
     steps = steps[table.kind[steps] != EventKind.CROSSING]
     rows = slice(int(portion.event_offsets[ray]), int(portion.event_offsets[ray + 1]))
     source = int(table.source[steps[0]])
-    flux_w = float(ray_map.ray_flux_w[source])
+    flux_w = float(raymap.ray_flux_w[source])
     positions_mm, light = portion.position_mm[rows].astype(np.float64), portion.light[rows].astype(np.float64)
-    angles_rad = incidence_angles_rad(ray_map, positions_mm, portion.triangle[rows])
-    crossed = [_crossings(ray_map, portion, crossings, row) for row in range(rows.start, rows.stop)]
+    angles_rad = incidence_angles_rad(raymap, positions_mm, portion.triangle[rows])
+    crossed = [_crossings(raymap, portion, crossings, row) for row in range(rows.start, rows.stop)]
     events = []
     for i, step in enumerate(steps):
         kind = EventKind(table.kind[step])
-        in_space = kind in (EventKind.MEDIUM_ABSORPTION, EventKind.MEDIUM_SCATTERING, EventKind.LEFT)
-        face = NONE if in_space else int(table.face[step])
+        face = NONE if kind in OFF_SURFACE else int(table.face[step])
         before = _name(names.media, int(table.medium[steps[i - 1]])) if i else None
         after = _name(names.media, int(table.medium[step])) if i + 1 < len(steps) else None
         on_surface = face != NONE and kind is not EventKind.EMISSION
@@ -234,7 +236,7 @@ def _history(ray_map: RayMap, portion: Portion, ray: int, crossings: range) -> R
     return RayHistory(portion.first_ray + ray, names.sources[source], flux_w, ended, tuple(events))
 
 
-def _crossings(ray_map: RayMap, portion: Portion, crossings: range, row: int) -> tuple[DetectorCrossing, ...]:
+def _crossings(raymap: RayMap, portion: Portion, crossings: range, row: int) -> tuple[DetectorCrossing, ...]:
     """Crossings of the segment that starts at the event in a row."""
     found = []
     for crossing in crossings:
@@ -245,7 +247,7 @@ def _crossings(ray_map: RayMap, portion: Portion, crossings: range, row: int) ->
         x_mm, y_mm = portion.crossing_xy_mm[crossing].tolist()
         found.append(
             DetectorCrossing(
-                ray_map.names.detectors[portion.crossing_detector[crossing]],
+                raymap.names.detectors[portion.crossing_detector[crossing]],
                 x_mm,
                 y_mm,
                 angle_deg if front else 180 - angle_deg,

@@ -17,12 +17,14 @@ def summary_lines(report: Report) -> list[tuple[str, str]]:
     found = report.found
     shown = len(report.rays)
     told = "all of them" if shown == found.rays else f"the first {shown}"
-    return [
+    lines = [
         ("map", report.map_name),
         ("criterion", found.criterion),
         ("matching", f"{found.rays} of {found.scanned} rays, told here: {told}"),
-        ("flux", format_flux(found.flux_w, found.flux_stderr_w)),
     ]
+    if found.flux_w is not None and found.flux_stderr_w is not None:
+        lines.append(("flux", format_flux(found.flux_w, found.flux_stderr_w)))
+    return lines
 
 
 def format_crossing(crossing: DetectorCrossing) -> str:

@@ -7,17 +7,17 @@ its nodes, so finding a ray's signature is a look-up a step.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
+
+from raymaps.jit import kernel
 
 __all__ = ["hash_rays", "number_signatures", "sum_light"]
 
-_compile = numba.njit(nogil=True, cache=True, error_model="numpy")
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _MIX_1, _MIX_2 = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
 
 
-@_compile
+@kernel
 def _mix(value):
     """Spread a 64-bit value over 64 bits (finaliser of splitmix64, G. Steele et al., OOPSLA 2014, figure 16)."""
     value = (value ^ (value >> np.uint64(30))) * _MIX_1
@@ -25,7 +25,7 @@ def _mix(value):
     return value ^ (value >> np.uint64(31))
 
 
-@_compile
+@kernel
 def number_signatures(source, n_sources, event_offsets, event_code, crossing_row, crossing_code):
     """Number the distinct sequences of codes among the rays, in the order in which they first appear.
 
@@ -104,7 +104,7 @@ def number_signatures(source, n_sources, event_offsets, event_code, crossing_row
     return ray_signature, signature_source, offsets, codes
 
 
-@_compile
+@kernel
 def hash_rays(first_ray, source, event_offsets, event_code, triangle, position_bits, light_bits, crossing_row,
               crossing_code, crossing_bits):  # fmt: skip
     """Sum over the rays of a 64-bit hash of each ray's whole history, twice: a 128-bit hash of a set of rays.
@@ -145,7 +145,7 @@ def hash_rays(first_ray, source, event_offsets, event_code, triangle, position_b
     return low, high
 
 
-@_compile
+@kernel
 def sum_light(source, event_offsets, light, account, sums):
     """Add the light that each event took, or that ended there, to the event's account.
 

@@ -230,6 +230,9 @@ def _ledger(
     account = at_end[history.kind]
     on_body = by_body[history.kind] & (face >= 0)
     account[on_body] = face_body[face[on_body]]
+    # an interface takes no light: what is lost on the way to it is the medium's (rounding of its recolouring)
+    lossless = np.flatnonzero(np.isin(history.kind, (EventKind.FRESNEL_REFLECTION, EventKind.FRESNEL_REFRACTION)))
+    account[lossless] = n_bodies + history.medium[lossless - 1]
     in_medium = by_medium[history.kind]
     account[in_medium] = n_bodies + history.medium[in_medium]
     sums = np.zeros((n_sources, len(accounts)))

@@ -77,18 +77,3 @@ class SignatureTable:
         """Number of events (emission included, crossings not) of each signature, (n_signatures,)."""
         is_event = (self.kind != EventKind.CROSSING).astype(np.int64)
         return np.add.reduceat(is_event, self.offsets[:-1]) if len(self) else np.zeros(0, np.int64)
-
-    def any_step(self, selected: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Which signatures have at least one of the selected steps.
-
-        Parameters
-        ----------
-        selected : (n_steps,) bool
-
-        Returns
-        -------
-        (n_signatures,) bool
-        """
-        if not len(self):
-            return np.zeros(0, bool)
-        return np.logical_or.reduceat(selected, self.offsets[:-1])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""How all kernels are compiled, in one place.
+"""How compiled loops are compiled, in one place: those of the tracer, the store, criteria and results.
 
 ``cache`` keeps the machine code on disk, so only the first run of a machine compiles; ``nogil`` lets portions run on
 threads; ``error_model`` "numpy" divides without checks. No ``fastmath``: results must not depend on how the
@@ -13,14 +13,9 @@ from typing import Any
 
 import numba
 
-__all__ = ["inlined", "kernel"]
+__all__ = ["kernel"]
 
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a loop that is called from Python."""
+    """Compile a loop over rays, or a function that such loops call."""
     return numba.njit(nogil=True, cache=True, error_model="numpy")(function)
-
-
-def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a small function that kernels call."""
-    return numba.njit(nogil=True, cache=True, error_model="numpy", inline="never")(function)
