@@ -55,7 +55,7 @@ def check_study(study, distances=True, limit_s=math.inf):
     problems += _shapes(study, names)
     problems += _buried_sources(study, names)
     if distances:
-        problems += _touching(names, limit_s)
+        problems += _touching(study, names, limit_s)
     problems += _left_out(study, places)
     if not members(study, Detector.TYPE):
         problems.append(Problem(False, "There is no detector; rays can be asked for, but no irradiance.", None))
@@ -191,12 +191,16 @@ def _resolved(obj):
         return []
 
 
-def _touching(names, limit_s):
+def _touching(study, names, limit_s):
+    """Bodies that touch or overlap where one of them has a medium; to opaque ones it does no harm."""
+    filled = {place for obj in members(study, Medium.TYPE) for place in _resolved(obj)}
     end = time.monotonic() + limit_s
-    shapes = [(name, shape_of(place)) for place, name in names.items()]
+    shapes = [(name, shape_of(place), place in filled) for place, name in names.items()]
     problems = []
-    for i, (name_a, a) in enumerate(shapes):
-        for name_b, b in shapes[i + 1 :]:
+    for i, (name_a, a, is_filled) in enumerate(shapes):
+        for name_b, b, is_other_filled in shapes[i + 1 :]:
+            if not (is_filled or is_other_filled):
+                continue
             if time.monotonic() > end:
                 return problems
             box = a.BoundBox

@@ -256,9 +256,12 @@ class SetUpTracer(Command):
         return True
 
     def Activated(self):
-        from raymaps_wb.gui import setup_dialog
+        from raymaps_wb.gui import dock, setup_dialog
 
         setup_dialog.show(FreeCADGui.getMainWindow())
+        panel = dock.find()
+        if panel is not None:
+            panel.clear_obstacle()
 
 
 COMMANDS = (

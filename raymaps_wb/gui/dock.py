@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """The dock panel: run, ask, read."""
 
+import os
+
 import FreeCAD
 import FreeCADGui
 
@@ -8,13 +10,23 @@ from raymaps_wb.compat import QtCore, QtGui, QtWidgets, translate
 from raymaps_wb.errors import WorkbenchError
 from raymaps_wb.gui import examples, observer, report
 from raymaps_wb.gui.active import active_study
-from raymaps_wb.gui.session import StudySession
-from raymaps_wb.objects.result import result_of
+from raymaps_wb.gui.figures import count, duration, watts_with_error
+from raymaps_wb.gui.session import GONE, StudySession
+from raymaps_wb.objects.result import map_folder, result_of
 from raymaps_wb.objects.study import studies, study_of
 from raymaps_wb.paths import icon
 from raymaps_wb.tracer.trace import CANCELLED, DONE
 
 NAME = "RayMapsDock"
+MISSING, OBSTACLE = "map is missing", "run can't start"  # what the status line tells of, where it can pass by itself
+KILLED_SHARE = 0.01
+KILLED = {
+    "depth": "the rays reached the largest number of events; set 'Max events' of the study higher, or look for "
+    "light that is trapped (ask ended(killed))",
+    "numerical": "the rays met faulty geometry; ask event(killed_numerical) to see where",
+    "medium_mismatch": "bodies touch or overlap; leave a gap of 0.01 mm between them. Check study names them, "
+    "event(killed_medium_mismatch) shows where",
+}
 BAD, WARNING, GOOD = "#b3261e", "#9a6700", "#1a7f37"
 
 
@@ -24,7 +36,7 @@ class RayMapsDock(QtWidgets.QDockWidget):
     def __init__(self, parent):
         super().__init__(translate("Ray Maps"), parent)
         self.setObjectName(NAME)
-        self.sessions, self._session, self.report_page = {}, None, ""
+        self.sessions, self._session, self.report_page, self._said = {}, None, "", ""
         body = QtWidgets.QWidget()
         layout = QtWidgets.QVBoxLayout(body)
         layout.setContentsMargins(8, 6, 8, 6)
@@ -35,6 +47,8 @@ class RayMapsDock(QtWidgets.QDockWidget):
         layout.addLayout(self._run_row())
         self.status = _wrapped_label()
         layout.addWidget(self.status)
+        self.warning = _wrapped_label(WARNING)
+        layout.addWidget(self.warning)
         layout.addWidget(_separator())
         layout.addWidget(QtWidgets.QLabel(translate("Show the rays for which")))
         layout.addLayout(self._criterion_row())
@@ -88,7 +102,7 @@ class RayMapsDock(QtWidgets.QDockWidget):
         row.addWidget(QtWidgets.QLabel(translate("draw at most")))
         self.max_rays = QtWidgets.QSpinBox()
         self.max_rays.setRange(1, 1_000_000)
-        self.max_rays.setValue(1000)
+        self.max_rays.setValue(150)
         self.max_rays.setSuffix(translate(" rays"))
         row.addWidget(self.max_rays, 1)
         self.apply_button = QtWidgets.QPushButton(QtGui.QIcon(icon("ask")), translate("Apply"))
@@ -117,6 +131,7 @@ class RayMapsDock(QtWidgets.QDockWidget):
 
     def _connected(self, session):
         slots = {
+            session.warned: self._warned,
             session.run_started: self._run_started,
             session.progressed: self._progressed,
             session.noted: self.status.setText,
@@ -147,7 +162,8 @@ class RayMapsDock(QtWidgets.QDockWidget):
         study = self.study()
         running = self._session is not None and self._session.is_running()
         result = result_of(study) if study is not None else None
-        has_map = result is not None and bool(result.MapPath)
+        folder = map_folder(result) if result is not None else ""
+        has_map = bool(folder) and os.path.isdir(folder)
         self.title.setText(_title(study, result))
         self.run_button.setEnabled(study is not None and not running)
         self.cancel_button.setEnabled(running)
@@ -155,6 +171,25 @@ class RayMapsDock(QtWidgets.QDockWidget):
             widget.setEnabled(has_map)
         if not running and not has_map:
             self.progress.setValue(0)
+        if not running:
+            if folder and not has_map:
+                self._say(f"The map '{folder}' is not there any more; run the study again.", WARNING, MISSING)
+            elif self._said == MISSING:
+                self._say("")
+        if self._session is not None:
+            self._show_only(folder if has_map else "")
+
+    def _show_only(self, folder):
+        """Rays and figures of another map than the result's go: after an undo, or when the map is gone."""
+        session = self._session
+        if session.shown_map in ("", folder) or (session.shown_map == GONE and not folder):
+            return
+        session.shown_map = GONE
+        session.forget()
+        self._clear_answers()
+        if folder:
+            self.criterion.setEditText(result_of(session.study()).Criterion)
+            self.apply()
 
     def _document_checked(self, name):
         """A document changed: its study may be new, stale, or gone."""
@@ -164,6 +199,12 @@ class RayMapsDock(QtWidgets.QDockWidget):
         if self.study() is None and active_study() is not None:
             self.show_study(active_study())
         self.refresh()
+        self.clear_obstacle()
+
+    def clear_obstacle(self):
+        """Take away what was said about a run that could not start, once it can."""
+        if self._said == OBSTACLE and self._session is not None and not self._session.obstacle():
+            self._say("")
 
     def _document_activated(self, name):
         found = studies(FreeCAD.getDocument(name)) if name in FreeCAD.listDocuments() else []
@@ -185,7 +226,12 @@ class RayMapsDock(QtWidgets.QDockWidget):
             self._clear()
 
     def _clear(self):
-        for label in (self.error, self.counts, self.status):
+        self._say("")
+        self.warning.setText("")
+        self._clear_answers()
+
+    def _clear_answers(self):
+        for label in (self.error, self.counts):
             label.setText("")
         self.report.clear()
         self.report_page = ""
@@ -202,12 +248,18 @@ class RayMapsDock(QtWidgets.QDockWidget):
         try:
             self._session.run()
         except WorkbenchError as error:
-            self._fault(str(error))
+            self._fault(str(error), OBSTACLE if self._session.obstacle() else "")
 
     def cancel(self):
         """End the run."""
         if self._session is not None:
             self._session.cancel()
+
+    def _warned(self, texts):
+        for text in texts:
+            FreeCAD.Console.PrintWarning(f"Ray Maps: {text}\n")
+        more = f" ({len(texts) - 1} more; use Check study)" if len(texts) > 1 else ""
+        self.warning.setText(f"\u26a0 {texts[0]}{more}" if texts else "")
 
     def _run_started(self):
         self.progress.setValue(0)
@@ -218,13 +270,13 @@ class RayMapsDock(QtWidgets.QDockWidget):
         self.progress.setValue(int(1000 * rays / of) if of else 0)
         if not rays and self.status.text():
             return  # what the tracer says while it gets ready is worth more than a zero
-        left = f", about {_duration(remaining_s)} left" if remaining_s else ""
-        self._say(f"{_count(rays)} of {_count(of)} rays{left}")
+        left = f", about {duration(remaining_s)} left" if remaining_s else ""
+        self._say(f"{count(rays)} of {count(of)} rays{left}")
 
     def _run_ended(self, outcome):
         if outcome.state == DONE:
             self.progress.setValue(1000)
-            self._say(_summary(outcome.summary), GOOD)
+            self._tell_summary(outcome.summary)
         elif outcome.state == CANCELLED:
             self._say(outcome.text, WARNING)
         else:
@@ -235,13 +287,28 @@ class RayMapsDock(QtWidgets.QDockWidget):
             self._fill_criteria(study, result_of(study))
             self.apply()
 
-    def _say(self, text, colour=""):
+    def _tell_summary(self, done):
+        text = _summary(done)
+        if not (done.get("killed_w") or 0) > KILLED_SHARE * (done.get("emitted_w") or 0):
+            self._say(text, GOOD)
+            return
+        self._say(text, BAD)
+        try:
+            self._session.info(lambda info: self._fault(f"{text} {_why_killed(info)}") if self._at(text) else None)
+        except WorkbenchError as error:
+            self._fault(f"{text} {error}")
+
+    def _at(self, text):
+        return self.status.text() == text
+
+    def _say(self, text, colour="", said=""):
+        self._said = said
         self.status.setStyleSheet(f"color: {colour}" if colour else "")
         self.status.setText(text)
 
-    def _fault(self, text):
+    def _fault(self, text, said=""):
         FreeCAD.Console.PrintError(f"Ray Maps: {text}\n")
-        self._say(text, BAD)
+        self._say(text, BAD, said)
 
     # -- ask ----------------------------------------------------------------------------------------------------------
 
@@ -254,15 +321,15 @@ class RayMapsDock(QtWidgets.QDockWidget):
             self._session.ask(self.criterion.currentText(), self.max_rays.value())
             self.counts.setText(translate("<i>asking ...</i>"))
         except WorkbenchError as error:
+            self._session.forget()
             self._refused(str(error))
 
     def _counted(self, answer):
         share = 100.0 * answer["rays"] / answer["scanned"] if answer["scanned"] else 0.0
-        flux = f"{answer['flux_w']:.4g} ± {answer['flux_stderr_w']:.2g} W"
-        self.counts.setText(
-            f"<b>{_count(answer['rays'])}</b> of {_count(answer['scanned'])} rays match ({share:.3g} %), "
-            f"emitted with <b>{flux}</b>"
-        )
+        text = f"<b>{count(answer['rays'])}</b> of {count(answer['scanned'])} rays match ({share:.3g} %)"
+        if answer["flux_w"] is not None and answer["flux_stderr_w"] is not None:  # else not all rays were looked at
+            text += f", emitted with <b>{watts_with_error(answer['flux_w'], answer['flux_stderr_w'])}</b>"
+        self.counts.setText(text)
         if self.criterion.findText(answer["criterion"]) < 0:
             text = self.criterion.currentText()
             self.criterion.insertItem(0, answer["criterion"])
@@ -273,8 +340,8 @@ class RayMapsDock(QtWidgets.QDockWidget):
         self.report_page = str(answer.get("html", ""))
 
     def _refused(self, text):
+        self._clear_answers()
         self.error.setText(text)
-        self.counts.setText("")
 
     def close_sessions(self):
         """End all processes; the main window calls this when it closes."""
@@ -311,29 +378,31 @@ def _title(study, result):
     name = f"<b>{study.Label}</b>"
     if result is None or not result.MapPath:
         return f"{name} &nbsp; " + translate("not simulated yet")
-    rays = f"{_count(result.Rays)} rays" if result.Rays else translate("simulated")
+    rays = f"{count(result.Rays)} rays" if result.Rays else translate("simulated")
+    if not os.path.isdir(map_folder(result)):
+        note = translate("its map is not there any more; run again")
+        return f"{name} &nbsp; <span style='color:{WARNING}'>&#9888; {note}</span>"
     if result.Stale:
         note = translate("stale: the document has changed since; run again")
         return f"{name} &nbsp; {rays} &nbsp; <span style='color:{WARNING}'>&#9888; {note}</span>"
     return f"{name} &nbsp; {rays} &nbsp; <span style='color:{GOOD}'>{translate('up to date')}</span>"
 
 
+def _why_killed(info):
+    """Why most of the killed light was killed, and what to do."""
+    by_reason = info.get("ledger", {}).get("killed_by_reason_w", {})
+    reason = max(by_reason, key=by_reason.get, default="")
+    return f"Most of the killed light: {KILLED.get(reason, reason)}." if reason else ""
+
+
 def _summary(done):
-    rays, events = _count(done.get("rays", 0)), _count(done.get("events", 0))
-    parts = [f"{rays} rays, {events} events in {_duration(done.get('elapsed_s', 0))}."]
+    rays, events = count(done.get("rays", 0)), count(done.get("events", 0))
+    parts = [f"{rays} rays, {events} events in {duration(done.get('elapsed_s', 0))}."]
     emitted = done.get("emitted_w") or 0
     if emitted:
         shares = [(word, done.get(f"{word}_w", 0) / emitted) for word in ("absorbed", "escaped", "killed")]
         parts.append(", ".join(f"{100 * share:.3g} % {word}" for word, share in shares) + ".")
     return " ".join(parts)
-
-
-def _count(n):
-    return f"{int(n):,}".replace(",", "\u202f")
-
-
-def _duration(seconds):
-    return f"{seconds:.1f} s" if seconds < 60 else f"{int(seconds // 60)} min {int(seconds % 60)} s"
 
 
 def _wrapped_label(colour=""):

@@ -3,6 +3,8 @@
 
 from html import escape
 
+from raymaps_wb.gui.figures import watts
+
 GREY = "#7a7a7a"
 
 
@@ -16,7 +18,7 @@ def html(answer):
 
 def _ray(ray):
     head = (
-        f"<b>Ray {ray['ray']}</b> from {escape(str(ray['source']))}, {ray['flux_w']:.3g} W, {escape(str(ray['ended']))}"
+        f"<b>Ray {ray['ray']}</b> from {escape(str(ray['source']))}, {watts(ray['flux_w'])}, {escape(str(ray['ended']))}"
     )
     rows = "".join(_event(i, event) for i, event in enumerate(ray["events"]))
     return (
@@ -34,7 +36,7 @@ def _event(i, event):
         f"<tr><td width='22' style='color:{GREY}'>{i}</td>"
         f"<td width='14' style='color:{_colour(event.get('rgb'))}'>&#9632;</td>"
         f"<td>{text}<br><span style='color:{GREY};font-size:small'>{below}</span></td>"
-        f"<td width='88' align='right' style='white-space:pre'>{'' if left is None else f'{left:.3g} W'}</td></tr>"
+        f"<td width='88' align='right' style='white-space:pre'>{'' if left is None else watts(left, 3)}</td></tr>"
     )
 
 

@@ -13,18 +13,21 @@ from raymaps_wb.export.writer import export_study, file_stem
 from raymaps_wb.gui.active import Transaction, is_own_step_open
 from raymaps_wb.gui.staleness import update_stale
 from raymaps_wb.objects.result import make_result, map_folder, result_of, set_map_folder
+from raymaps_wb.tracer.interpreter import find_interpreter
 from raymaps_wb.tracer.server import MapServer
 from raymaps_wb.tracer.trace import DONE, FAILED, TraceRun
 
 REPORTED_RAYS = 50
 MAX_SEGMENTS = 100_000
+CHECK_LIMIT_S = 3.0
+GONE = "gone"
 
 
 class StudySession(QtCore.QObject):
     """Run and questions of a study. Everything arrives as signals; nothing waits.
 
-    Signals: ``run_started()``; ``progressed(rays, of, remaining_s)``; ``noted(str)``; ``run_ended(Outcome)``;
-    ``asked()``; ``counted(dict)`` with the answer to query; ``drawn(dict)`` with that to overlay; ``reported(dict)``
+    Signals: ``warned(list of str)`` before a run, with what will most likely spoil its figures; ``run_started()``;
+    ``progressed(rays, of, remaining_s)``; ``noted(str)``; ``run_ended(Outcome)``; ``asked()``; ``counted(dict)`` with the answer to query; ``drawn(dict)`` with that to overlay; ``reported(dict)``
     with that to report; ``refused(str)`` when a question failed, with one sentence.
     """
 
@@ -32,6 +35,7 @@ class StudySession(QtCore.QObject):
     progressed = QtCore.Signal(object, object, object)
     noted = QtCore.Signal(str)
     run_ended = QtCore.Signal(object)
+    warned = QtCore.Signal(object)
     asked = QtCore.Signal()
     counted = QtCore.Signal(object)
     drawn = QtCore.Signal(object)
@@ -44,6 +48,8 @@ class StudySession(QtCore.QObject):
         self._run: TraceRun | None = None
         self._server: MapServer | None = None
         self._fingerprint, self._question = "", 0
+        #: The map whose rays and figures are shown; empty before the first question, GONE while its result is undone.
+        self.shown_map = ""
         self._scratch = tempfile.TemporaryDirectory(prefix="raymaps-")
 
     def study(self):
@@ -77,10 +83,12 @@ class StudySession(QtCore.QObject):
         if self.is_running():
             raise TracerError("A run of this study goes on; cancel it first or wait.")
         study = self.study()
-        blocking = [problem for problem in check_study(study, distances=False) if problem.blocks]
-        if blocking:
-            more = f" ({len(blocking) - 1} more; use Check study)" if len(blocking) > 1 else ""
-            raise WorkbenchError(blocking[0].text + more)
+        problems = check_study(study, limit_s=CHECK_LIMIT_S)
+        obstacle = _obstacle(problems)
+        if obstacle:
+            raise WorkbenchError(obstacle)
+        find_interpreter()
+        self.warned.emit([problem.text for problem in problems if problem.spoils])
         folder = run_folder(study)
         exported = export_study(study, folder, progress=self._breathe)
         self._fingerprint = exported.fingerprint
@@ -90,6 +98,15 @@ class StudySession(QtCore.QObject):
         self._run.ended.connect(self._ended)
         self._run.start()
         self.run_started.emit()
+
+    def obstacle(self):
+        """Why the study can't run now, in one sentence; empty if it can."""
+        study = self.study()
+        try:
+            find_interpreter()
+        except TracerError as error:
+            return str(error)
+        return _obstacle(check_study(study, distances=False)) if study is not None else ""
 
     def cancel(self):
         """End the run; what it traced so far becomes the result."""
@@ -136,6 +153,7 @@ class StudySession(QtCore.QObject):
             If there is no map, or the tracer is not set up.
         """
         server = self._server_of_result()
+        self.shown_map = server.map_folder
         self._question += 1
         criterion = criterion.strip() or "true"
         overlay_file = os.path.join(self._scratch.name, f"overlay-{self._question % 2}.bin")
@@ -152,6 +170,15 @@ class StudySession(QtCore.QObject):
     def info(self, on_result):
         """Ask what the map holds; the answer goes to a callback."""
         self._server_of_result().ask("info", {}, on_result, self.refused.emit)
+
+    def forget(self):
+        """Draw no rays, and show no answer that is still to come."""
+        self._question += 1
+        study = self.study()
+        result = result_of(study) if study is not None else None
+        proxy = getattr(getattr(result, "ViewObject", None), "Proxy", None)
+        if proxy is not None:
+            proxy.clear_overlay()
 
     def close(self):
         """End all processes; nothing of a run that goes on becomes a result."""
@@ -188,6 +215,7 @@ class StudySession(QtCore.QObject):
         return current
 
     def _refuse(self, text):
+        self.forget()
         self.refused.emit(text)
 
     def _draw(self, answer):
@@ -209,9 +237,17 @@ class StudySession(QtCore.QObject):
             result.Criterion, result.MaxRays = criterion, max_rays
             result.History = [criterion, *(text for text in result.History if text != criterion)][:20]
             result.MatchingRays = int(answer["rays"])
-            result.FluxW, result.FluxStderrW = float(answer["flux_w"]), float(answer["flux_stderr_w"])
+            # Without a value where not all rays were looked at.
+            result.FluxW, result.FluxStderrW = float(answer["flux_w"] or 0), float(answer["flux_stderr_w"] or 0)
             result.Rays = int(answer["scanned"])
         self.counted.emit(answer)
+
+
+def _obstacle(problems):
+    """The first problem that blocks a run, with how many more there are; empty if there is none."""
+    blocking = [problem for problem in problems if problem.blocks]
+    more = f" ({len(blocking) - 1} more; use Check study)" if len(blocking) > 1 else ""
+    return blocking[0].text + more if blocking else ""
 
 
 def run_folder(study):

@@ -34,7 +34,7 @@ class Result(Proxy):
         ),
         Property("App::PropertyString", "Criterion", "Which rays are shown", "true", output=True),
         Property("App::PropertyStringList", "History", "Criteria asked before, latest first", output=True),
-        Property("App::PropertyInteger", "MaxRays", "Largest number of rays drawn", 1000, output=True),
+        Property("App::PropertyInteger", "MaxRays", "Largest number of rays drawn", 150, output=True),
         Property(
             "App::PropertyInteger",
             "MatchingRays",

@@ -101,6 +101,14 @@ class CheckTest(DocumentTest):
         texts = [problem.text for problem in check_study(self.study(*((box, "") for box in boxes)))]
         self.assertTrue(any("touch or overlap" in text for text in texts), texts)
 
+    def test_opaque_bodies_may_touch(self):
+        study, _, plate = self.full_study()
+        chip = self.box("Chip", (1, 1, 1))
+        chip.Placement.Base = plate.Placement.Base + self.vector(1, 1, 1)
+        set_references(members(study, "RayMaps::SurfaceProperty")[0], [(plate, ""), (chip, "")])
+        self.document.recompute()
+        self.assertEqual(check_study(study), [])
+
     def test_a_source_inside_an_opaque_body_is_told(self):
         study, _, plate = self.full_study()
         for kind, inside in (("Point", True), ("Cone", True), ("Disc", True), ("Faces", False)):

@@ -2,6 +2,7 @@
 """The main job in the window: open an example, run it for real, ask, see the rays."""
 
 import os
+import shutil
 import signal
 import time
 import zipfile
@@ -11,9 +12,12 @@ import FreeCADGui
 
 from gui.window import RUN_LIMIT_S, WindowTest, spin, wait_until, window_picture
 from raymaps_wb.compat import QtCore, QtWidgets
+from raymaps_wb.gui import dock
 from raymaps_wb.gui.staleness import update_stale
+from raymaps_wb.objects.medium import make_medium
+from raymaps_wb.objects.references import set_references
 from raymaps_wb.objects.result import map_folder, result_of
-from raymaps_wb.objects.study import studies
+from raymaps_wb.objects.study import members, studies
 from raymaps_wb.tracer.interpreter import OVERRIDE, PREFERENCES
 from raymaps_wb.tracer.trace import CANCELLED, DONE, FAILED
 
@@ -107,8 +111,11 @@ class RunTest(WindowTest):
             self.assertTrue(wait_until(self.panel.error.text))
             self.assertIn(word, self.panel.error.text())
             self.assertNotIn("Traceback", self.panel.error.text())
+            # Rays and histories of the question before are gone.
+            self.assertEqual((self.ray_pixels()[0], self.panel.report.toPlainText()), (0, ""))
         self.ask("from(LED_red)")
         self.assertEqual(self.panel.error.text(), "")
+        self.assertGreater(self.ray_pixels()[0], 0)
 
     def test_window_stays_responsive_during_a_run(self):
         study = self.open_example("singlet_barrel", rays=MANY_RAYS)
@@ -210,6 +217,60 @@ class RunTest(WindowTest):
         FreeCADGui.runCommand("RayMaps_Run")
         self.assertIn("Stray: the flux must be above 0 W, got -3 W.", self.panel.status.text())
         self.assertFalse(self.panel.show_study(study).is_running())
+        source.FluxW = 3
+        self.assertTrue(wait_until(lambda: not self.panel.status.text(), 3), self.panel.status.text())
+
+    def test_touching_bodies_are_told(self):
+        study, lens, _ = self.full_study()
+        study.Rays = 2000
+        cover = self.box("Cover")
+        cover.Placement.Base = self.vector(0, 0, 30)
+        glass = make_medium(self.document, study, "glass")
+        set_references(glass, [(cover, "")])
+        glass.RefractiveIndex = 1.9
+        members(study, "RayMaps::Source")[0].Placement.Base = self.vector(5, 10, 15)
+        self.document.recompute()
+        outcome = self.run_study(study)
+        self.assertEqual(outcome.state, DONE, outcome.text)
+        self.assertIn("'Lens' and 'Cover' touch or overlap", self.panel.warning.text())
+        self.assertGreater(outcome.summary["killed_w"], 0.01)
+        self.assertTrue(wait_until(lambda: "Most of the killed light" in self.panel.status.text(), 20))
+        self.assertIn("leave a gap", self.panel.status.text())
+        self.assertIn(dock.BAD, self.panel.status.styleSheet())
+        cover.Placement.Base.z += 0.02
+        self.document.recompute()
+        self.assertEqual(self.run_study(study).state, DONE)
+        self.assertEqual(self.panel.warning.text(), "")
+        self.assertIn(dock.GOOD, self.panel.status.styleSheet())
+
+    def test_rays_belong_to_the_result_s_map_also_after_undo(self):
+        study = self.open_example("singlet_barrel", rays=1000)
+        document = study.Document
+        document.UndoMode = 1
+        self.run_to_the_end(study)
+        self.ask("from(Stray)")
+        first = map_folder(result_of(study))
+        study.Rays = 2000
+        self.run_to_the_end(study)
+        self.assertEqual(self.ask("from(Stray)")[0]["scanned"], 2000)
+        document.undo()
+        self.assertEqual(map_folder(result_of(study)), first)
+        self.assertTrue(wait_until(lambda: "of 1\u202f000 rays" in self.panel.counts.text(), 10), self.panel.counts.text())
+        shutil.rmtree(first)
+        self.panel.refresh()
+        self.assertIn("not there any more", self.panel.status.text())
+        self.assertNotIn("up to date", self.panel.title.text())
+        self.assertEqual((self.ray_pixels()[0], self.panel.counts.text()), (0, ""))
+        document.redo()
+        self.assertTrue(wait_until(lambda: "of 2\u202f000 rays" in self.panel.counts.text(), 10), self.panel.counts.text())
+        self.assertEqual(self.panel.status.text(), "")
+
+    def test_a_count_without_flux(self):
+        study = self.open_example("singlet_barrel", rays=1000)
+        self.run_to_the_end(study)
+        answer = {"criterion": "true", "rays": 3, "scanned": 7, "flux_w": None, "flux_stderr_w": None}
+        self.panel.show_study(study)._count("true", 150, answer)
+        self.assertIn("3</b> of 7 rays match", self.panel.counts.text())
 
     def test_save_reopen_ask_and_simulate_again(self):
         study = self.open_example("led_collimator", rays=3000)

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Figures for people, written as the command line writes them."""
+
+import math
+
+PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "\u00b5"), (1e-9, "n"), (1e-12, "p"))
+
+
+def watts(flux_w, digits=4):
+    """A flux with an SI prefix: ``watts(1e-5)`` is ``'10 µW'``."""
+    if flux_w == 0 or not math.isfinite(flux_w):
+        return f"{flux_w:g} W"
+    factor, prefix = _prefix(flux_w)
+    return f"{float(f'{flux_w / factor:.{digits}g}'):g} {prefix}W"
+
+
+def watts_with_error(flux_w, stderr_w):
+    """A flux with its standard error, rounded alike: ``'290.5 ± 2.8 mW'``."""
+    is_known = stderr_w > 0 and math.isfinite(stderr_w)
+    largest = max(abs(flux_w), abs(stderr_w)) if is_known else abs(flux_w)
+    factor, prefix = _prefix(largest) if largest > 0 else (1.0, "")
+    flux, stderr = flux_w / factor, stderr_w / factor
+    if not is_known:
+        return f"{flux:.6g} \u00b1 {stderr:g} {prefix}W"
+    decimals = max(0, 1 - math.floor(math.log10(stderr)))
+    return f"{flux:.{decimals}f} \u00b1 {stderr:.{decimals}f} {prefix}W"
+
+
+def _prefix(value):
+    """The largest prefix that leaves at least 1 of a value."""
+    return next((pair for pair in PREFIXES if abs(value) >= pair[0] * 0.9999999), PREFIXES[-1])
+
+
+def count(n):
+    """A whole number with narrow blanks between thousands."""
+    return f"{int(n):,}".replace(",", "\u202f")
+
+
+def duration(seconds):
+    """A time in seconds, or minutes and seconds."""
+    return f"{seconds:.1f} s" if seconds < 60 else f"{int(seconds // 60)} min {int(seconds % 60)} s"
