@@ -133,15 +133,20 @@ class NewDetector(NewMember):
     """Adds a detector."""
 
     NAME, ICON, TEXT = "RayMaps_Detector", "detector", "New detector"
-    TIP = "Adds a virtual detector; with a face selected, just above it"
+    TIP = "Adds a virtual detector; with a face selected, just above it, a plane one covered whole"
 
     def make(self, document, study):
-        return make_detector(document, study)
+        from raymaps_wb.taskpanels.base import rectangle_on_selected_face
+
+        detector, found = make_detector(document, study), rectangle_on_selected_face()
+        if found is not None:
+            detector.Placement, detector.Width, detector.Height = found
+        return detector
 
     def placement(self, picked):
-        from raymaps_wb.taskpanels.base import placement_on_selected_face
+        from raymaps_wb.taskpanels.base import placement_on_selected_face, rectangle_on_selected_face
 
-        return placement_on_selected_face()
+        return None if rectangle_on_selected_face() else placement_on_selected_face()
 
 
 class Check(StudyCommand):

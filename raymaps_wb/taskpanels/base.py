@@ -1,15 +1,19 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """A task panel that shows an object's properties, and only those that matter for its kind."""
 
+import math
 from typing import Any
 
 import FreeCAD
 import FreeCADGui
+import Part
 
 from raymaps_wb.compat import QtGui, QtWidgets, flags_as_int, primary_selection, translate
 from raymaps_wb.gui.active import PREFIX, is_own_step_open
 from raymaps_wb.paths import icon
 from raymaps_wb.taskpanels.editors import EDITORS, label_of
+
+GAP_MM = 0.05  # between a face and what is put on it
 
 
 class ObjectPanel:
@@ -148,8 +152,50 @@ class ObjectPanel:
         self.obj.Placement = placement
 
 
-def placement_on_selected_face(facing=1, gap_mm=0.05):
+def placement_on_selected_face(facing=1, gap_mm=GAP_MM):
     """Placement in the middle of the selected face, its z axis along the outward normal; None without a face."""
+    face = selected_face()
+    if face is None:
+        return None
+    middle = face.CenterOfMass
+    normal = face.normalAt(*face.Surface.parameter(middle))
+    rotation = FreeCAD.Rotation(FreeCAD.Vector(0, 0, 1), normal * facing)
+    return FreeCAD.Placement(middle + normal * gap_mm, rotation)
+
+
+def rectangle_on_selected_face(gap_mm=GAP_MM):
+    """The rectangle around the selected face, just above it, along its own straight edges.
+
+    Returns
+    -------
+    (placement, width in mm, height in mm); None without a face, or if it is not plane
+    """
+    face = selected_face()
+    if face is None or not isinstance(face.Surface, Part.Plane):
+        return None
+    normal = face.normalAt(*face.Surface.parameter(face.CenterOfMass))
+    upright = FreeCAD.Rotation(FreeCAD.Vector(0, 0, 1), normal)
+    placement = FreeCAD.Placement(face.CenterOfMass, upright * _turn_along_edges(face, upright))
+    flat = face.copy()
+    flat.Placement = placement.inverse().multiply(flat.Placement)
+    box = flat.BoundBox
+    placement.Base = placement.multVec(FreeCAD.Vector(box.Center.x, box.Center.y, 0)) + normal * gap_mm
+    return placement, round(box.XLength, 6), round(box.YLength, 6)
+
+
+def _turn_along_edges(face, upright):
+    """Rotation about z, by at most 45 degrees, that puts the x or y axis along the longest straight edge."""
+    straight = [edge for edge in face.Edges if isinstance(edge.Curve, Part.Line)]
+    if not straight:
+        return FreeCAD.Rotation()
+    longest = max(straight, key=lambda edge: round(edge.Length, 6))
+    along = upright.inverted().multVec(longest.tangentAt(longest.FirstParameter))
+    angle_deg = math.degrees(math.atan2(along.y, along.x))
+    return FreeCAD.Rotation(FreeCAD.Vector(0, 0, 1), angle_deg - 90 * round(angle_deg / 90))
+
+
+def selected_face():
+    """The first selected face in global coordinates; None without one."""
     from raymaps_wb.errors import ExportError
     from raymaps_wb.export.bodies import resolve, shape_of
 
@@ -161,9 +207,5 @@ def placement_on_selected_face(facing=1, gap_mm=0.05):
         place, name = picked[0]
         if name is None:
             continue
-        face = shape_of(place).Faces[int(name[4:]) - 1]
-        middle = face.CenterOfMass
-        normal = face.normalAt(*face.Surface.parameter(middle))
-        rotation = FreeCAD.Rotation(FreeCAD.Vector(0, 0, 1), normal * facing)
-        return FreeCAD.Placement(middle + normal * gap_mm, rotation)
+        return shape_of(place).Faces[int(name[4:]) - 1]
     return None

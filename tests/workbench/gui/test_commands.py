@@ -77,6 +77,37 @@ class CommandsTest(WindowTest):
         (obj,) = set(studies(self.document)[0].Group) - before
         return obj, begin.call_args[0][0]
 
+    def test_a_new_detector_covers_the_plane_face_that_is_selected(self):
+        study, _, _ = self.full_study()
+        for i, (axis, angle_deg) in enumerate((((0, 0, 1), 0), ((0, 0, 1), 30), ((1, 2, 3), 70))):
+            box = self.box(f"Turned{i}")
+            box.Placement = self.placement(100, 50, 200 * i, axis, angle_deg)
+            self.document.recompute()
+            middle, out = box.Placement.multVec(self.vector(5, 10, 30.05)), box.Placement.Rotation
+            FreeCADGui.Selection.clearSelection()
+            FreeCADGui.Selection.addSelection(self.document.Name, box.Name, "Face6")
+            FreeCADGui.runCommand("RayMaps_Detector")
+            self.close_panel()
+            detector = members(study, "RayMaps::Detector")[-1]
+            self.assertEqual(sorted([round(float(detector.Width), 5), round(float(detector.Height), 5)]), [10, 20])
+            self.assertLess(detector.Placement.Base.distanceToPoint(middle), 1e-6)
+            turned = detector.Placement.Rotation
+            self.assertAlmostEqual(turned.multVec(self.vector(0, 0, 1)) * out.multVec(self.vector(0, 0, 1)), 1)
+            if angle_deg == 0:
+                self.assertEqual((float(detector.Width), turned.Angle), (10, 0))
+        disc = self.document.addObject("Part::Cylinder", "Disc")
+        self.document.recompute()
+        FreeCADGui.Selection.clearSelection()
+        FreeCADGui.Selection.addSelection(self.document.Name, disc.Name, "Face2")
+        FreeCADGui.runCommand("RayMaps_Detector")
+        self.close_panel()
+        self.assertAlmostEqual(float(members(study, "RayMaps::Detector")[-1].Width), 4, places=3)
+        FreeCADGui.Selection.clearSelection()
+        FreeCADGui.Selection.addSelection(self.document.Name, disc.Name, "Face1")
+        FreeCADGui.runCommand("RayMaps_Detector")
+        self.close_panel()
+        self.assertEqual(float(members(study, "RayMaps::Detector")[-1].Width), 10)
+
     def test_cancel_takes_a_new_object_away(self):
         study, _, _ = self.full_study()
         before = [obj.Name for obj in self.document.Objects]
