@@ -97,9 +97,9 @@ def test_files_of_a_map_are_those_that_are_told(maps: Path) -> None:
 def test_examples_of_reading_a_map_agree_with_the_program(maps: Path) -> None:
     import raymaps
 
-    ray_map = raymaps.open_map(maps / "led.raymap")
-    target = raymaps.evaluate_detector(ray_map, "Target")
-    hits = raymaps.query(ray_map, "hit(Diffuser.Face5)")
+    raymap = raymaps.open_map(maps / "led.raymap")
+    target = raymaps.evaluate_detector(raymap, "Target")
+    hits = raymaps.query(raymap, "hit(Diffuser.Face5)")
     shown = [block.text for block in find_blocks(page("file-format.md")) if block.mark == "output"]
     fluxes = [re.search(r"Target: ([\d.]+) ± ([\d.]+) W", text) for text in shown]
     flux, error = next((float(m[1]), float(m[2])) for m in fluxes if m)
