@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Maps of every released version of the format stay readable: each version leaves one here, and none is ever changed."""
+"""Maps of every released version of the format stay readable: each version leaves one here, never to be changed."""
 
 from pathlib import Path
 
