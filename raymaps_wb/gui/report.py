@@ -17,9 +17,8 @@ def html(answer):
 
 
 def _ray(ray):
-    head = (
-        f"<b>Ray {ray['ray']}</b> from {escape(str(ray['source']))}, {watts(ray['flux_w'])}, {escape(str(ray['ended']))}"
-    )
+    source, ended = escape(str(ray["source"])), escape(str(ray["ended"]))
+    head = f"<b>Ray {ray['ray']}</b> from {source}, {watts(ray['flux_w'])}, {ended}"
     rows = "".join(_event(i, event) for i, event in enumerate(ray["events"]))
     return (
         f"<p style='margin:10px 0 3px 0'>{head}</p><table width='100%' cellspacing='0' cellpadding='2'>{rows}</table>"

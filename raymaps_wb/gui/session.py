@@ -27,8 +27,9 @@ class StudySession(QtCore.QObject):
     """Run and questions of a study. Everything arrives as signals; nothing waits.
 
     Signals: ``warned(list of str)`` before a run, with what will most likely spoil its figures; ``run_started()``;
-    ``progressed(rays, of, remaining_s)``; ``noted(str)``; ``run_ended(Outcome)``; ``asked()``; ``counted(dict)`` with the answer to query; ``drawn(dict)`` with that to overlay; ``reported(dict)``
-    with that to report; ``refused(str)`` when a question failed, with one sentence.
+    ``progressed(rays, of, remaining_s)``; ``noted(str)``; ``run_ended(Outcome)``; ``asked()``; ``counted(dict)`` with
+    the answer to query; ``drawn(dict)`` with that to overlay; ``reported(dict)`` with that to report; ``refused(str)``
+    when a question failed, with one sentence.
     """
 
     run_started = QtCore.Signal()

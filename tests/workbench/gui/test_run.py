@@ -6,6 +6,7 @@ import shutil
 import signal
 import time
 import zipfile
+from unittest import mock
 
 import FreeCAD
 import FreeCADGui
@@ -18,6 +19,7 @@ from raymaps_wb.objects.medium import make_medium
 from raymaps_wb.objects.references import set_references
 from raymaps_wb.objects.result import map_folder, result_of
 from raymaps_wb.objects.study import members, studies
+from raymaps_wb.taskpanels.base import ObjectPanel
 from raymaps_wb.tracer.interpreter import OVERRIDE, PREFERENCES
 from raymaps_wb.tracer.trace import CANCELLED, DONE, FAILED
 
@@ -221,7 +223,7 @@ class RunTest(WindowTest):
         self.assertTrue(wait_until(lambda: not self.panel.status.text(), 3), self.panel.status.text())
 
     def test_touching_bodies_are_told(self):
-        study, lens, _ = self.full_study()
+        study, _, _ = self.full_study()
         study.Rays = 2000
         cover = self.box("Cover")
         cover.Placement.Base = self.vector(0, 0, 30)
@@ -255,15 +257,46 @@ class RunTest(WindowTest):
         self.assertEqual(self.ask("from(Stray)")[0]["scanned"], 2000)
         document.undo()
         self.assertEqual(map_folder(result_of(study)), first)
-        self.assertTrue(wait_until(lambda: "of 1\u202f000 rays" in self.panel.counts.text(), 10), self.panel.counts.text())
+        self.assertTrue(
+            wait_until(lambda: "of 1\u202f000 rays" in self.panel.counts.text(), 10), self.panel.counts.text()
+        )
         shutil.rmtree(first)
         self.panel.refresh()
         self.assertIn("not there any more", self.panel.status.text())
         self.assertNotIn("up to date", self.panel.title.text())
         self.assertEqual((self.ray_pixels()[0], self.panel.counts.text()), (0, ""))
         document.redo()
-        self.assertTrue(wait_until(lambda: "of 2\u202f000 rays" in self.panel.counts.text(), 10), self.panel.counts.text())
+        self.assertTrue(
+            wait_until(lambda: "of 2\u202f000 rays" in self.panel.counts.text(), 10), self.panel.counts.text()
+        )
         self.assertEqual(self.panel.status.text(), "")
+
+    def test_undo_past_the_first_run(self):
+        study = self.open_example("singlet_barrel", rays=1000)
+        study.Document.UndoMode = 1
+        self.run_to_the_end(study)
+        self.ask("from(Stray)")
+        study.Document.undo()
+        self.assertIsNone(result_of(study))
+        self.assertTrue(wait_until(lambda: "not simulated yet" in self.panel.title.text(), 5))
+        self.assertEqual((self.panel.counts.text(), self.panel.report.toPlainText()), ("", ""))
+        self.assertFalse(self.panel.apply_button.isEnabled())
+        study.Document.redo()
+        self.assertTrue(wait_until(lambda: "rays match" in self.panel.counts.text(), 10), self.panel.title.text())
+        self.assertIn("up to date", self.panel.title.text())
+
+    def test_a_run_that_ends_while_a_panel_is_open_outlives_its_cancel(self):
+        study = self.open_example("singlet_barrel", rays=1000)
+        before = len(study.Group)
+        FreeCADGui.Selection.clearSelection()
+        with mock.patch.object(ObjectPanel, "begin", autospec=True, side_effect=ObjectPanel.begin) as begin:
+            FreeCADGui.runCommand("RayMaps_Detector")
+        self.run_to_the_end(study)
+        begin.call_args[0][0].reject()
+        FreeCADGui.Control.closeDialog()
+        self.assertEqual(len(study.Group), before + 1)
+        self.assertTrue(os.path.isdir(map_folder(result_of(study))))
+        self.ask("true")
 
     def test_a_count_without_flux(self):
         study = self.open_example("singlet_barrel", rays=1000)
