@@ -177,11 +177,10 @@ class RayMapsDock(QtWidgets.QDockWidget):
             elif self._said == MISSING:
                 self._say("")
         if self._session is not None:
-            self._show_only(folder if has_map else "")
+            self._show_only(self._session, folder if has_map else "")
 
-    def _show_only(self, folder):
+    def _show_only(self, session, folder):
         """Rays and figures of another map than the result's go: after an undo, or when the map is gone."""
-        session = self._session
         if session.shown_map in ("", folder) or (session.shown_map == GONE and not folder):
             return
         session.shown_map = GONE
@@ -293,8 +292,11 @@ class RayMapsDock(QtWidgets.QDockWidget):
             self._say(text, GOOD)
             return
         self._say(text, BAD)
+        session = self._session
+        if session is None:
+            return
         try:
-            self._session.info(lambda info: self._fault(f"{text} {_why_killed(info)}") if self._at(text) else None)
+            session.info(lambda info: self._fault(f"{text} {_why_killed(info)}") if self._at(text) else None)
         except WorkbenchError as error:
             self._fault(f"{text} {error}")
 
