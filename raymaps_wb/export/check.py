@@ -196,7 +196,7 @@ def _touching(study, names, limit_s):
     filled = {place for obj in members(study, Medium.TYPE) for place in _resolved(obj)}
     end = time.monotonic() + limit_s
     shapes = [(name, shape_of(place), place in filled) for place, name in names.items()]
-    problems: list[str] = []
+    problems: list[Problem] = []
     for i, (name_a, a, is_filled) in enumerate(shapes):
         for name_b, b, is_other_filled in shapes[i + 1 :]:
             if not (is_filled or is_other_filled):
