@@ -189,9 +189,8 @@ def write_portion(folder: Path, history: TracedPortion, n_sources: int, faces: F
         )  # fmt: skip
         (making / SUMMARY_FILE).write_text(summary.to_json(), encoding="utf-8")
         making.rename(folder / name)
-    except BaseException:
-        shutil.rmtree(making, ignore_errors=True)
-        raise
+    finally:
+        shutil.rmtree(making, ignore_errors=True)  # once renamed it is not there any more
     return summary
 
 

@@ -244,13 +244,11 @@ class MapWriter:
             manifest.write(making)
             making.rename(path)
         except OSError as error:
-            shutil.rmtree(making, ignore_errors=True)
             raise OutputError(
                 f"Ray Map '{path}' can't be written: {(error.strerror or str(error)).lower()}."
             ) from error
-        except BaseException:
-            shutil.rmtree(making, ignore_errors=True)
-            raise
+        finally:
+            shutil.rmtree(making, ignore_errors=True)  # once renamed it is not there any more
 
     @contextlib.contextmanager
     def alone(self) -> Iterator[None]:
