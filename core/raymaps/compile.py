@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.effects import needed_effects
-from raymaps.effects.crossings import detector_axes
+
 from raymaps.effects.usage import used_surfaces
 from raymaps.errors import SceneError
 from raymaps.geometry import BodyMesh, load_bodies, mesh_digest, winding_number
@@ -185,7 +185,7 @@ def _frame(scene: Scene, meshes: tuple[BodyMesh, ...]) -> tuple[Frame, NDArray[n
         if isinstance(source, DiscSource):
             points.append(np.array(source.position_mm) + source.radius_mm * np.array([[-1.0], [1.0]]))
     for detector in scene.detectors.values():
-        x, y, _ = detector_axes(detector)
+        x, y, _ = detector.axes
         half = np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]]) * (detector.width_mm / 2, detector.height_mm / 2)
         points.append(np.array(detector.center_mm) + half @ np.stack([x, y]))
     cloud = np.concatenate(points)
@@ -314,7 +314,7 @@ def _tables(
         medium_index=np.array([medium.refractive_index for medium in media]),
         medium_absorption=np.array([medium.absorption_per_mm for medium in media]).reshape(-1, 3) * frame.unit_mm,
         detector_center=frame.to_units(np.array([d.center_mm for d in detectors]).reshape(-1, 3)),
-        detector_axes=np.array([detector_axes(d) for d in detectors]).reshape(-1, 3, 3),
+        detector_axes=np.array([d.axes for d in detectors]).reshape(-1, 3, 3),
         detector_half=np.array([(d.width_mm, d.height_mm) for d in detectors]).reshape(-1, 2) / 2 / frame.unit_mm,
         detector_grid_mm=np.array([2.0 ** round(math.log2(max(d.width_mm, d.height_mm)) - 20) for d in detectors]),
         ambient=np.array([_ambient_index(scene, names)], np.int16),

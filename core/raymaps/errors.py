@@ -3,6 +3,7 @@
 
     RayMapsError            every error that a user can cause or meet; its text is one clear sentence
     ├── SceneError          a scene file, its geometry or its optical properties
+    │   └── FormatError     a file of another program that a scene speaks of or that is to be imported
     ├── MapError            a Ray Map that is missing, damaged, newer than this program, or of another scene
     ├── CriterionError      the text of a criterion, or a name in it
     ├── OutputError         a place that can't be written: exists, read-only, disk full
@@ -20,6 +21,7 @@ from collections.abc import Iterable
 
 __all__ = [
     "CriterionError",
+    "FormatError",
     "Interrupted",
     "MapError",
     "MissingPackageError",
@@ -27,6 +29,7 @@ __all__ = [
     "RayMapsError",
     "SceneError",
     "TraceError",
+    "decapitalised",
     "unknown_name",
 ]
 
@@ -44,6 +47,10 @@ class SceneError(RayMapsError):
     def __init__(self, sentence: str, faults: tuple[str, ...] = ()):
         super().__init__(sentence)
         self.faults = faults or (sentence,)
+
+
+class FormatError(SceneError):
+    """A file of another program can't be read: glass data, a BSDF, a luminaire, rays."""
 
 
 class MapError(RayMapsError):
@@ -83,3 +90,8 @@ def unknown_name(what: str, name: str, known: Iterable[str]) -> str:
         return f"Unknown {what} '{name}': there is none here."
     shown = ", ".join(f"'{n}'" for n in names[:12]) + (f" and {len(names) - 12} more" if len(names) > 12 else "")
     return f"Unknown {what} '{name}'; known: {shown}."
+
+
+def decapitalised(text: str) -> str:
+    """A sentence as a part of another one: small first letter, no full stop."""
+    return (text[:1].lower() + text[1:]).rstrip(".")

@@ -15,7 +15,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from raymaps.effects.crossings import detector_axes, rectangle_crossing
+from raymaps.effects.crossings import rectangle_crossing
 from raymaps.kinds import EventKind
 from raymaps.scene import load_scene
 from raymaps.sources import source_of_rays
@@ -299,7 +299,7 @@ def test_field_11_detector_crossings(plain, scene):
     expected: dict[tuple[int, int], tuple[float, float, float]] = {}
     doubtful = set()
     for i, detector in enumerate(scene.detectors.values()):
-        axes = detector_axes(detector)
+        axes = detector.axes
         local = (plain.position_mm - np.array(detector.center_mm)) @ axes.T
         near = np.abs(local[:, 2]) < 3 * grid
         for row in plain.starts_segment[(local[plain.starts_segment, 2] * local[plain.starts_segment + 1, 2]) < 0]:
@@ -358,7 +358,7 @@ def test_field_11_crossings_of_a_segment_stand_in_the_order_of_its_way(plain):
         distance = []
         for j in (k, k + 1):
             detector = list(plain.scene["detectors"].values())[plain.crossing["detector"][j]]
-            axes = detector_axes(load_detector(detector))
+            axes = load_detector(detector).axes
             place = (
                 np.array(detector["center_mm"])
                 + plain.crossing["x_mm"][j] * axes[0]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from raymaps.effects import EFFECTS, needed_effects
-from raymaps.effects.crossings import detector_axes, rectangle_crossing
+from raymaps.effects.crossings import rectangle_crossing
 from raymaps.effects.fresnel import fresnel_reflectance, refracted_direction
 from raymaps.effects.lambertian import lambertian_direction
 from raymaps.effects.medium_absorption import absorbed_share
@@ -188,7 +188,7 @@ SENSOR = RectangleDetector(
 
 def test_axes_of_a_detector():
     """x is the part of x_axis across the normal, y is normal × x."""
-    assert detector_axes(SENSOR) == pytest.approx(np.array([[1, 0, 0], [0, -1, 0], [0, 0, -1]]))
+    assert SENSOR.axes == pytest.approx(np.array([[1, 0, 0], [0, -1, 0], [0, 0, -1]]))
 
 
 @pytest.mark.parametrize(

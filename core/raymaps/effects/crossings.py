@@ -8,21 +8,12 @@ from numpy.typing import NDArray
 
 from raymaps.scene import RectangleDetector, Scene
 
-__all__ = ["detector_axes", "needed_by", "rectangle_crossing"]
+__all__ = ["needed_by", "rectangle_crossing"]
 
 
 def needed_by(scene: Scene) -> tuple[str, ...]:
     """A scene calls for crossings if it has a detector."""
     return tuple(f"detector '{name}'" for name in scene.detectors)
-
-
-def detector_axes(detector: RectangleDetector) -> NDArray[np.float64]:
-    """Unit vectors x, y and normal of a detector, (3 axes, 3); right-handed."""
-    normal = np.array(detector.normal) / np.linalg.norm(detector.normal)
-    x = np.array(detector.x_axis) / np.linalg.norm(detector.x_axis)
-    x = x - (x @ normal) * normal
-    x /= np.linalg.norm(x)
-    return np.stack([x, np.cross(normal, x), normal])
 
 
 def rectangle_crossing(
@@ -39,7 +30,7 @@ def rectangle_crossing(
     (x_mm, y_mm, angle_rad) in the detector's axes, or None; the angle is 0 for light that arrives head-on at the front
     and pi for light that arrives head-on at the back.
     """
-    x_axis, y_axis, normal = detector_axes(detector)
+    x_axis, y_axis, normal = detector.axes
     start, end = start_mm - np.array(detector.center_mm), end_mm - np.array(detector.center_mm)
     before, after = start @ normal, end @ normal
     on_plane = 1e-9 * max(np.linalg.norm(start), np.linalg.norm(end))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.criterion import Area, Bound, Everything, inside_area, matching_rays
-from raymaps.effects.crossings import detector_axes
+
 from raymaps.scene import RectangleDetector
 
 if TYPE_CHECKING:
@@ -107,7 +107,7 @@ def _light_at_crossings(
     light = portion.light[row].astype(np.float64)
     medium = portion.signatures.medium[portion.event_step[row]]
     here = np.flatnonzero(tinted[medium] & (portion.crossing_detector == detector_index))
-    place = np.array(detector.center_mm) + portion.crossing_xy_mm[here] @ detector_axes(detector)[:2]
+    place = np.array(detector.center_mm) + portion.crossing_xy_mm[here] @ detector.axes[:2]
     way_mm = np.linalg.norm(place - portion.position_mm[row[here]], axis=1)
     through = light[here] * np.exp(-absorption[medium[here]] * way_mm[:, None])
     light[here] = through * (light[here].sum(axis=1) / through.sum(axis=1))[:, None]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.criterion import Criterion, format_criterion
-from raymaps.effects.crossings import detector_axes
+
 from raymaps.errors import SceneError
 from raymaps.geometry import BodyMesh, load_bodies
 from raymaps.results.colours import false_colours, light_colours
@@ -166,7 +166,7 @@ def _bodies(scene: Scene, meshes: tuple[BodyMesh, ...]) -> list[Shape]:
 
 
 def _detector_shape(name: str, detector: RectangleDetector, tinted: bool) -> Shape:
-    x, y, normal = detector_axes(detector)
+    x, y, normal = detector.axes
     centre = np.array(detector.center_mm)
     x, y = x * detector.width_mm / 2, y * detector.height_mm / 2
     corners = np.array([centre - x - y, centre + x - y, centre + x + y, centre - x + y])
@@ -181,7 +181,7 @@ def _detector_shape(name: str, detector: RectangleDetector, tinted: bool) -> Sha
 
 def _painting(lit: DetectorMap, scene: Scene) -> Painting:
     """A detector's map in its place, with two triangles a cell."""
-    x, y, _ = detector_axes(scene.detectors[lit.detector])
+    x, y, _ = scene.detectors[lit.detector].axes
     centre = np.array(scene.detectors[lit.detector].center_mm)
     corners = centre + lit.x_edges_mm[None, :, None] * x + lit.y_edges_mm[:, None, None] * y
     a, b, c, d = corners[:-1, :-1], corners[:-1, 1:], corners[1:, 1:], corners[1:, :-1]

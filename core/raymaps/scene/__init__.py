@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""The scene: a frozen, validated description of everything that is simulated, and its JSON file.
+
+Triangles stand in geometry files beside the scene file and are read by `raymaps.geometry`.
+"""
+
+from raymaps.scene.bodies import Body, FaceGroup, Geometry
+from raymaps.scene.description import SCENE_FORMAT, SCENE_VERSION, Scene
+from raymaps.scene.detectors import Detector, FaceDetector, FarFieldDetector, RectangleDetector
+from raymaps.scene.emission import (
+    BlackBody,
+    CosinePower,
+    EmissionSpectrum,
+    EmissionTable,
+    Illuminant,
+    IntensityTable,
+    LambertianEmission,
+    SpectralLines,
+    TabulatedEmission,
+)
+from raymaps.scene.files import load_scene, scene_from_dict, scene_json_schema
+from raymaps.scene.settings import Settings, SpectralBands
+from raymaps.scene.sources import (
+    ConeSource,
+    CrossingsSource,
+    DiscSource,
+    FacesSource,
+    GaussianBeamSource,
+    LuminaireSource,
+    PointSource,
+    RaysSource,
+    Source,
+    SunSource,
+)
+
+__all__ = [
+    "SCENE_FORMAT",
+    "SCENE_VERSION",
+    "BlackBody",
+    "Body",
+    "ConeSource",
+    "CosinePower",
+    "CrossingsSource",
+    "Detector",
+    "DiscSource",
+    "EmissionSpectrum",
+    "EmissionTable",
+    "FaceDetector",
+    "FaceGroup",
+    "FacesSource",
+    "FarFieldDetector",
+    "GaussianBeamSource",
+    "Geometry",
+    "Illuminant",
+    "IntensityTable",
+    "LambertianEmission",
+    "LuminaireSource",
+    "PointSource",
+    "RaysSource",
+    "RectangleDetector",
+    "Scene",
+    "Settings",
+    "Source",
+    "SpectralBands",
+    "SpectralLines",
+    "SunSource",
+    "TabulatedEmission",
+    "load_scene",
+    "scene_from_dict",
+    "scene_json_schema",
+]
