@@ -84,3 +84,9 @@ class SurfaceKind(IntEnum):
     LAMBERTIAN = 2
     FRESNEL = 3
     MIXTURE = 4
+    COEFFICIENTS = 5
+    THIN_FILM = 6
+    ROUGH = 7
+    GAUSSIAN = 8
+    ABG = 9
+    BSDF = 10

@@ -14,10 +14,15 @@ import numpy as np
 
 from raymaps.jit import kernel
 
-__all__ = ["EMIT_PLACE", "IN_MEDIUM", "ON_SURFACE", "philox4x32", "uniforms"]
+__all__ = [
+    "COLLAPSE", "EMIT_PLACE", "IN_MEDIUM", "ON_SURFACE", "ON_SURFACE_MORE", "REJECTION", "SCATTER_DIRECTION",
+    "SCATTER_PLACE", "philox4x32", "uniforms",
+]  # fmt: skip
 
 #: What four draws are for: those of one event and different purposes are independent.
-ON_SURFACE, IN_MEDIUM, EMIT_PLACE = 0, 1, 2
+ON_SURFACE, IN_MEDIUM, EMIT_PLACE, SCATTER_PLACE, SCATTER_DIRECTION, COLLAPSE, ON_SURFACE_MORE = range(7)
+#: From here on to 255: draws that are thrown away until one fits.
+REJECTION = 128
 
 _M0, _M1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
 _W0, _W1 = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
