@@ -14,9 +14,11 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from raymaps.bands import RGB_BANDS
 from raymaps.kinds import ENDINGS, EventKind
 from raymaps.names import Names
 from raymaps.scene import Scene
+from raymaps.store import Lights
 from raymaps.store.signatures import NONE, STEP_COLUMNS, SignatureTable
 
 NAMES = Names(
@@ -169,7 +171,10 @@ class MemoryPortion:
         )
         events = [event for ray in rays for event in ray]
         self.triangle = np.full(len(events), NONE, np.int32)
-        self.light = np.array([event.light for event in events], np.float32).reshape(-1, 3)
+        self.light = self.shown_light = np.array([event.light for event in events], np.float32).reshape(-1, 3)
+        self.lights = Lights(self.light, ("r", "g", "b"), RGB_BANDS)
+        self.event_light = np.arange(len(events), dtype=np.uint32)
+        self.power = self.lights.power
         self.position_mm = np.array([event.position_mm for event in events], np.float64).reshape(-1, 3)
         crossed = [(row, c) for row, event in enumerate(events) for c in event.crossings]
         crossings = [crossing for _, crossing in crossed]
@@ -189,6 +194,7 @@ class MemoryMap:
         self.path = "memory.raymap"
         self.manifest = SimpleNamespace(grid_mm=0.0)  # positions are exact
         self.names = NAMES
+        self.bands = RGB_BANDS
         self.rays = rays
         self.n_rays = len(rays)
         self.n_events = sum(len(ray) for ray in rays)

@@ -1,10 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Scene to flat arrays: everything that the kernels read, and the effects that the scene calls for.
-
-Lengths inside are in *frame units*: the scene moved to its own centre and scaled by a power of two so that it fits a
-cube from -1 to 1. So single precision in Embree loses nothing to a model's place or size, and every distance that the
-tracer calls small is small against the scene.
-"""
+"""Scene to flat arrays: everything that the kernels read, and the effects that the scene calls for."""
 
 from __future__ import annotations
 
@@ -12,22 +7,32 @@ import hashlib
 import json
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from raymaps.effects import needed_effects
-
+from raymaps.bands import RGB_BANDS, Bands, spectral_bands
+from raymaps.effects import EFFECTS, Lowering, needed_effects, scene_without
 from raymaps.effects.usage import used_surfaces
 from raymaps.errors import SceneError
+from raymaps.frame import Frame
 from raymaps.geometry import BodyMesh, load_bodies, mesh_digest, winding_number
 from raymaps.kinds import SurfaceKind
-from raymaps.materials import VACUUM, FresnelInterface, Lambertian, Medium, Mirror, Mixture, SurfaceProperty
+from raymaps.materials import (
+    D_LINE_NM,
+    VACUUM,
+    FresnelInterface,
+    Medium,
+    Mixture,
+    RoughInterface,
+    SurfaceProperty,
+    ThinFilm,
+)
 from raymaps.names import Names
-from raymaps.scene import DiscSource, FacesSource, Scene
+from raymaps.scene import DiscSource, FaceDetector, FacesSource, RectangleDetector, Scene, SunSource
 
-__all__ = ["CompiledScene", "Frame", "Tables", "compile_scene"]
+__all__ = ["CompiledScene", "Tables", "compile_scene"]
 
 #: Name of the medium outside all bodies where a scene names none.
 VACUUM_NAME = "vacuum"
@@ -35,27 +40,8 @@ VACUUM_NAME = "vacuum"
 PROBES = 32
 
 
-class Frame(NamedTuple):
-    """Where the scene's own coordinates stand: mm = center_mm + unit_mm * coordinates.
-
-    ``grid_mm``, a power of two near a millionth of the scene, is the step to which stored positions are rounded.
-    """
-
-    center_mm: NDArray[np.float64]
-    unit_mm: float
-    grid_mm: float
-
-    def to_units(self, points_mm: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(..., 3) points in mm to frame units."""
-        return (points_mm - self.center_mm) / self.unit_mm
-
-    def to_mm(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(..., 3) points in frame units to mm, not rounded to the grid."""
-        return self.center_mm + self.unit_mm * points
-
-
 class Tables(NamedTuple):
-    """What kernels read. Indices count in the order of `Names`; -1 is none; lengths in frame units."""
+    """What all kernels read. Indices count in the order of `Names`; -1 is none; lengths in frame units."""
 
     plane: NDArray[np.float64]  # (n_triangles, 4) outward unit normal, and its dot product with the plane's points
     triangle_face: NDArray[np.int32]  # (n_triangles,)
@@ -64,17 +50,7 @@ class Tables(NamedTuple):
     face_outside: NDArray[np.int16]  # (n_faces,) medium in front; -1: the surface stands in whatever medium a ray is in
     face_inside: NDArray[np.int16]  # (n_faces,) medium behind
     surface_kind: NDArray[np.uint8]  # (n_surfaces,) SurfaceKind
-    reflectance: NDArray[np.float64]  # (n_surfaces, 3 bands)
-    transmittance: NDArray[np.float64]  # (n_surfaces, 3 bands)
-    mixture_start: NDArray[np.int32]  # (n_surfaces + 1,) a mixture's parts are mixture_start[i] : mixture_start[i + 1]
-    mixture_part: NDArray[np.int16]  # surface property of each part
-    mixture_edge: NDArray[np.float64]  # cumulated weight of each part
-    medium_index: NDArray[np.float64]  # (n_media,) refractive index
-    medium_absorption: NDArray[np.float64]  # (n_media, 3 bands) per frame unit
-    detector_center: NDArray[np.float64]  # (n_detectors, 3)
-    detector_axes: NDArray[np.float64]  # (n_detectors, 3 axes, 3) x, y, normal
-    detector_half: NDArray[np.float64]  # (n_detectors, 2) half width and half height
-    detector_grid_mm: NDArray[np.float64]  # (n_detectors,) step to which places on the detector are rounded
+    medium_index: NDArray[np.float64]  # (n_media,) refractive index, of dispersive media that at the d line
     ambient: NDArray[np.int16]  # (1,) medium outside all bodies
     box: NDArray[np.float64]  # (2, 3) lower and upper corner of the box that rays leave
 
@@ -86,12 +62,18 @@ class CompiledScene:
     Attributes
     ----------
     scene : Scene
+        As described, the effects that it switches off among them.
     meshes : tuple of BodyMesh
     names : Names
     frame : Frame
+    bands : Bands
     tables : Tables
     effects : dict of str to tuple of str
         Names of the effects that the scene calls for, with the reasons.
+    effect_data : dict of str to NamedTuple of arrays
+        What the kernel of each of these effects reads.
+    source_light : (n_sources, n_bands) float64
+        Share of each source's light in each band.
     source_media : tuple of int
         Medium that each source emits into.
     scene_hash : str
@@ -102,8 +84,11 @@ class CompiledScene:
     meshes: tuple[BodyMesh, ...]
     names: Names
     frame: Frame
+    bands: Bands
     tables: Tables
     effects: dict[str, tuple[str, ...]]
+    effect_data: dict[str, Any]
+    source_light: NDArray[np.float64]
     source_media: tuple[int, ...]
     scene_hash: str
 
@@ -124,7 +109,9 @@ def compile_scene(scene: Scene) -> CompiledScene:
         If geometry can't be used, a surface stands where it can't act, or a source where its light would all be lost.
     """
     meshes = load_bodies(scene)
-    media = _media(scene)
+    effects = needed_effects(scene)
+    acting = scene_without(scene)
+    media = _media(acting)
     names = Names(
         sources=tuple(scene.sources),
         bodies=tuple(scene.bodies),
@@ -133,16 +120,23 @@ def compile_scene(scene: Scene) -> CompiledScene:
         detectors=tuple(scene.detectors),
         faces=tuple((i, face) for i, mesh in enumerate(meshes) for face in mesh.face_names),
     )
-    _check_interfaces(scene)
+    _check_interfaces(acting)
+    _check_faces_of_detectors(scene, meshes)
     frame, box = _frame(scene, meshes)
-    outside = _media_outside(scene, meshes, names)
-    tables = _tables(scene, meshes, names, frame, box, outside, tuple(media.values()))
-    source_media = tuple(_medium_of_source(scene, name, meshes, names, outside) for name in scene.sources)
-    for array in tables:
-        array.setflags(write=False)
+    bands = spectral_bands(acting) if "spectral" in effects else RGB_BANDS
+    outside = _media_outside(acting, meshes, names)
+    tables = _tables(acting, meshes, names, frame, box, outside, tuple(media.values()))
+    source_media = tuple(_medium_of_source(acting, name, meshes, names, outside) for name in scene.sources)
+    lowering = Lowering(acting, names, bands, tuple(media.values()), frame)
+    data = {effect.name: effect.lower(lowering) for effect in EFFECTS if effect.name in effects}
+    source_light = np.array([bands.light_of(source, f"Source '{name}'") for name, source in scene.sources.items()])
+    for array in (*tables, source_light, *(value for values in data.values() for value in values)):
+        if isinstance(array, np.ndarray):
+            array.setflags(write=False)
     return CompiledScene(
-        scene, meshes, names, frame, tables, needed_effects(scene), source_media, _scene_hash(scene, meshes)
-    )
+        scene, meshes, names, frame, bands, tables, effects, data, source_light, source_media,
+        _scene_hash(scene, meshes),
+    )  # fmt: skip
 
 
 def _media(scene: Scene) -> dict[str, Medium]:
@@ -159,12 +153,12 @@ def _ambient_index(scene: Scene, names: Names) -> int:
 
 
 def _check_interfaces(scene: Scene) -> None:
-    """A Fresnel interface needs a medium behind it."""
+    """An interface between two media needs a medium behind it."""
 
     def is_interface(prop: SurfaceProperty) -> bool:
         if isinstance(prop, Mixture):
             return any(is_interface(scene.surfaces[part.surface]) for part in prop.parts)
-        return isinstance(prop, FresnelInterface)
+        return isinstance(prop, FresnelInterface | RoughInterface | ThinFilm)
 
     bare = {f"body '{name}'" for name, body in scene.bodies.items() if body.medium is None}
     bare |= {f"face '{n}.{face}'" for n, b in scene.bodies.items() if b.medium is None for face in b.face_surfaces}
@@ -172,8 +166,16 @@ def _check_interfaces(scene: Scene) -> None:
         where = next((place for place in places if place in bare), None)
         if where is not None and is_interface(scene.surfaces[surface]):
             raise SceneError(
-                f"Surface '{surface}' of {where} is a Fresnel interface but the body has no medium: give it one."
+                f"Surface '{surface}' of {where} is an interface between two media but the body has no medium: give it one."
             )
+
+
+def _check_faces_of_detectors(scene: Scene, meshes: tuple[BodyMesh, ...]) -> None:
+    """Faces that a detector names must exist."""
+    for name, detector in scene.detectors.items():
+        if isinstance(detector, FaceDetector):
+            mesh = next(mesh for mesh in meshes if mesh.name == detector.body)
+            mesh.face_indices(detector.faces, f"Detector '{name}'")
 
 
 def _frame(scene: Scene, meshes: tuple[BodyMesh, ...]) -> tuple[Frame, NDArray[np.float64]]:
@@ -182,9 +184,11 @@ def _frame(scene: Scene, meshes: tuple[BodyMesh, ...]) -> tuple[Frame, NDArray[n
     for source in scene.sources.values():
         if not isinstance(source, FacesSource):
             points.append(np.array([source.position_mm]))
-        if isinstance(source, DiscSource):
+        if isinstance(source, DiscSource | SunSource):
             points.append(np.array(source.position_mm) + source.radius_mm * np.array([[-1.0], [1.0]]))
     for detector in scene.detectors.values():
+        if not isinstance(detector, RectangleDetector):
+            continue
         x, y, _ = detector.axes
         half = np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]]) * (detector.width_mm / 2, detector.height_mm / 2)
         points.append(np.array(detector.center_mm) + half @ np.stack([x, y]))
@@ -285,19 +289,6 @@ def _tables(
             face_outside.append(-1 if body.medium is None else outside[i])
             face_inside.append(-1 if body.medium is None else names.media.index(body.medium))
 
-    kinds, reflectance, transmittance = [], [], []
-    start, parts, edges = [0], [], []
-    for prop in scene.surfaces.values():
-        kinds.append(SurfaceKind[prop.kind.upper()])
-        reflectance.append(prop.reflectance if isinstance(prop, Mirror | Lambertian) else (0.0, 0.0, 0.0))
-        transmittance.append(prop.transmittance if isinstance(prop, Lambertian) else (0.0, 0.0, 0.0))
-        if isinstance(prop, Mixture):
-            weights = np.array([part.weight for part in prop.parts])
-            parts += [names.surfaces.index(part.surface) for part in prop.parts]
-            edges += list(np.cumsum(weights) / weights.sum())
-        start.append(len(parts))
-
-    detectors = tuple(scene.detectors.values())
     return Tables(
         plane=np.concatenate(plane),
         triangle_face=np.concatenate(triangle_face),
@@ -305,26 +296,23 @@ def _tables(
         face_surface=np.array(face_surface, np.int16),
         face_outside=np.array(face_outside, np.int16),
         face_inside=np.array(face_inside, np.int16),
-        surface_kind=np.array(kinds, np.uint8),
-        reflectance=np.array(reflectance, np.float64).reshape(-1, 3),
-        transmittance=np.array(transmittance, np.float64).reshape(-1, 3),
-        mixture_start=np.array(start, np.int32),
-        mixture_part=np.array(parts, np.int16),
-        mixture_edge=np.array(edges, np.float64),
-        medium_index=np.array([medium.refractive_index for medium in media]),
-        medium_absorption=np.array([medium.absorption_per_mm for medium in media]).reshape(-1, 3) * frame.unit_mm,
-        detector_center=frame.to_units(np.array([d.center_mm for d in detectors]).reshape(-1, 3)),
-        detector_axes=np.array([d.axes for d in detectors]).reshape(-1, 3, 3),
-        detector_half=np.array([(d.width_mm, d.height_mm) for d in detectors]).reshape(-1, 2) / 2 / frame.unit_mm,
-        detector_grid_mm=np.array([2.0 ** round(math.log2(max(d.width_mm, d.height_mm)) - 20) for d in detectors]),
+        surface_kind=np.array([SurfaceKind[prop.kind.upper()] for prop in scene.surfaces.values()], np.uint8),
+        medium_index=np.array([float(medium.index_at(D_LINE_NM)) for medium in media]),
         ambient=np.array([_ambient_index(scene, names)], np.int16),
         box=box,
     )
 
 
 def _scene_hash(scene: Scene, meshes: tuple[BodyMesh, ...]) -> str:
-    data = scene.model_dump(mode="json", exclude={"origin": True, "name": True, "settings": {"rays", "seed"}})
-    for body in data["bodies"].values():
+    # what stands at its default is left out, so a field that a later version brings changes no hash
+    data = scene.model_dump(
+        mode="json",
+        exclude={"origin": True, "name": True, "settings": {"rays", "seed", "store"}},
+        exclude_defaults=True,
+    )
+    for body in data.get("bodies", {}).values():
         del body["geometry"]
+    for medium in data.get("media", {}).values():
+        medium.pop("reference", None)
     text = json.dumps([data, [mesh_digest(mesh) for mesh in meshes]], separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()

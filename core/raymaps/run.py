@@ -13,7 +13,7 @@ from pathlib import Path
 
 from raymaps.errors import Interrupted, MapError, OutputError, TraceError
 from raymaps.scene import Scene, load_scene
-from raymaps.store import Manifest, MapWriter, RayMap
+from raymaps.store import MAP_VERSION, Manifest, MapWriter, RayMap, Stored
 from raymaps.traced import FaceIndex
 from raymaps.version import __version__
 
@@ -45,6 +45,7 @@ def simulate(
     threads: int | None = None,
     resume: bool = False,
     portion_rays: int | None = None,
+    store: Stored | Callable[[], Stored] | None = None,
     on_progress: Callable[[Progress], None] | None = None,
     on_note: Callable[[str], None] | None = None,
     stop: threading.Event | None = None,
@@ -65,6 +66,9 @@ def simulate(
         Go on with a map that was interrupted, or add rays to one; make it if it does not exist.
     portion_rays : int, optional
         Rays of a portion; by default chosen from the number of rays.
+    store : "rgb" or "spectral", or a function that returns one of them, optional
+        How the light of a spectral simulation is stored, in place of the scene's settings. A function is asked before
+        each portion, so that a run can change from one to the other.
     on_progress, on_note : functions, optional
         Called after each portion; called with a sentence worth telling.
     stop : threading.Event, optional
@@ -108,6 +112,7 @@ def simulate(
             portion_rays=portion_rays or _portion_rays(n_rays),
             grid_mm=compiled.frame.grid_mm,
             program=__version__,
+            bands=compiled.bands,
         )
         MapWriter.create(path, manifest, scene, compiled.meshes)
 
@@ -128,7 +133,8 @@ def simulate(
         tracer = Tracer(compiled, manifest.seed)
 
         def trace_and_store(first_ray: int, n: int) -> int:
-            writer.write(tracer.trace_portion(first_ray, n))
+            history = tracer.trace_portion(first_ray, n)
+            writer.write(history, _stored(store() if callable(store) else store or scene.settings.store))
             return n
 
         before = stored
@@ -150,7 +156,18 @@ def _check_numbers(**limits: tuple[int | None, int, int]) -> None:
             raise TraceError(f"{name} must be from {lowest} to {highest}, got {value}.")
 
 
+def _stored(name: str) -> Stored:
+    if name not in ("rgb", "spectral"):
+        raise TraceError(f"store must be 'rgb' or 'spectral', got '{name}'.")
+    return "spectral" if name == "spectral" else "rgb"
+
+
 def _resumable(manifest: Manifest, path: Path, scene_hash: str, seed: int | None) -> Manifest:
+    if manifest.version < MAP_VERSION:
+        raise MapError(
+            f"Ray Map '{path}' has version {manifest.version}; it can be asked, but rays can only be added to maps of "
+            f"version {MAP_VERSION}: name another output."
+        )
     if manifest.scene_hash != scene_hash:
         raise MapError(f"Ray Map '{path}' was made from another scene, or the scene has changed: name another output.")
     if seed is not None and seed != manifest.seed:

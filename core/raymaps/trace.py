@@ -8,25 +8,27 @@ that the scene calls for acts on all rays in turn. An effect's kernel is importe
 from __future__ import annotations
 
 import importlib
-from types import ModuleType
-from typing import NamedTuple
+import time
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.compile import CompiledScene
+from raymaps.effects import EFFECTS
+from raymaps.effects.crossings import CROSSING
 from raymaps.intersect import Intersector
 from raymaps.kernels import emission, record, transport
 from raymaps.kinds import ENDINGS, EventKind
-from raymaps.sources import emitters, relative_light, source_of_rays
+from raymaps.scene import RectangleDetector
+from raymaps.sources import emitters, quantised, source_of_rays
 from raymaps.traced import TracedPortion
 
 __all__ = ["RunKey", "Tracer", "Wave"]
 
 #: How often a search may be taken up again behind a hit that lies where the ray stands.
 MAX_SEARCHES = 16
-#: Effects that act on the way, before the surface that a ray arrives on is looked up.
-_ON_THE_WAY = ("medium_absorption", "crossings")
 
 
 class Wave(NamedTuple):
@@ -36,25 +38,31 @@ class Wave(NamedTuple):
     direction: NDArray[np.float64]  # (n, 3) unit vector
     end: NDArray[np.float64]  # (n, 3) where the segment ends
     distance: NDArray[np.float64]  # (n,) length of the segment
-    light: NDArray[np.float32]  # (n, 3 bands) relative to the emission
+    light: NDArray[np.float32]  # (n, n_bands) relative to the emission
+    wavelength_nm: NDArray[np.float64]  # (n,) the one wavelength that a ray is narrowed to, 0 before that
+    source: NDArray[np.int16]  # (n,) source that the ray comes from
     triangle: NDArray[np.int32]  # (n,) triangle that the ray stands on, -1 none
     hit: NDArray[np.int32]  # (n,) triangle at the segment's end, -1 none
     side: NDArray[np.int8]  # (n,) on which side of its triangle the ray starts: 1 front, -1 back
     near_side: NDArray[np.int8]  # (n,) from which side it arrives
     medium: NDArray[np.int16]  # (n,) medium that the ray is in
     beyond: NDArray[np.int16]  # (n,) medium behind the surface that it arrives on
+    n_near: NDArray[np.float64]  # (n,) refractive index of the medium that it arrives in
+    n_far: NDArray[np.float64]  # (n,) refractive index of the medium beyond
     surface: NDArray[np.int16]  # (n,) surface property that it meets
     state: NDArray[np.uint8]  # (n,) EventKind, or PENDING and the like of `raymaps.kernels.transport`
 
     @classmethod
-    def allocate(cls, n_rays: int) -> Wave:
+    def allocate(cls, n_rays: int, n_bands: int) -> Wave:
         """A wave of rays in no particular state."""
         three, none = np.zeros((n_rays, 3)), np.full(n_rays, -1, np.int32)
         return cls(
             position=three, direction=three.copy(), end=three.copy(), distance=np.zeros(n_rays),
-            light=np.zeros((n_rays, 3), np.float32), triangle=none, hit=none.copy(),
+            light=np.zeros((n_rays, n_bands), np.float32), wavelength_nm=np.zeros(n_rays),
+            source=np.zeros(n_rays, np.int16), triangle=none, hit=none.copy(),
             side=np.ones(n_rays, np.int8), near_side=np.ones(n_rays, np.int8),
             medium=np.zeros(n_rays, np.int16), beyond=np.zeros(n_rays, np.int16),
+            n_near=np.ones(n_rays), n_far=np.ones(n_rays),
             surface=np.zeros(n_rays, np.int16), state=np.zeros(n_rays, np.uint8),
         )  # fmt: skip
 
@@ -65,6 +73,28 @@ class RunKey(NamedTuple):
     seed: np.uint64
     first_ray: np.uint64
     roulette_threshold: float
+
+
+class _Stage(NamedTuple):
+    """A kernel of an effect, and what it reads."""
+
+    name: str
+    run: Callable[..., Any]
+    data: Any
+
+
+class _Clock:
+    """Adds up the time that stages take."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def book(self, name: str) -> None:
+        """Put the time since the last entry to an account."""
+        now = time.perf_counter()
+        self.seconds[name] = self.seconds.get(name, 0.0) + now - self._last
+        self._last = now
 
 
 class Tracer:
@@ -81,11 +111,20 @@ class Tracer:
         self.seed = seed
         self._intersector = Intersector(compiled)
         self._emitters = emitters(compiled)
-        self._light = relative_light(compiled.scene)
-        kernels = {name: importlib.import_module(f"raymaps.kernels.{name}") for name in compiled.effects}
-        self._absorption: ModuleType | None = kernels.get("medium_absorption")
-        self._crossings: ModuleType | None = kernels.get("crossings")
-        self._on_surfaces = tuple(module for name, module in kernels.items() if name not in _ON_THE_WAY)
+        self._light = quantised(compiled.source_light)
+        self._stages: dict[str, list[_Stage]] = {"way": [], "surface": []}
+        self._crossings: _Stage | None = None
+        for effect in EFFECTS:
+            if effect.name not in compiled.effects or effect.stage == "none":
+                continue
+            module = importlib.import_module(f"raymaps.kernels.{effect.name}")
+            stage = _Stage(effect.name, module.run, compiled.effect_data[effect.name])
+            if effect.name == "crossings":
+                self._crossings = stage
+            else:
+                self._stages[effect.stage].append(stage)
+            if hasattr(module, "scatter"):  # an effect on the way whose rays go on in another direction
+                self._stages["surface"].append(_Stage(effect.name, module.scatter, stage.data))
         self._is_end = np.zeros(256, bool)
         self._is_end[[kind for kinds in ENDINGS.values() for kind in kinds]] = True
         self._position_type = position_type(compiled)
@@ -94,40 +133,53 @@ class Tracer:
         """Trace the rays ``first_ray`` to ``first_ray + n_rays - 1`` to their ends."""
         settings = self.compiled.scene.settings
         tables = self.compiled.tables
+        clock = _Clock()
         key = RunKey(np.uint64(self.seed), np.uint64(first_ray), settings.roulette_threshold)
-        source = source_of_rays(self.compiled.scene, first_ray, n_rays)
-        wave = self._emit(source, key)
+        wave = self._emit(source_of_rays(self.compiled.scene, first_ray, n_rays), key)
         log = _EventLog(self.compiled, n_rays, self._position_type, self._crossings)
         active = np.arange(n_rays, dtype=np.int32)
         log.keep(active, wave)
         record.advance(active, wave, self._is_end)
+        clock.book("emission")
 
         for depth in range(1, settings.max_events):
             # the way: to the next triangle or out of the scene, through a medium, past detectors
             self._find_next(active, wave)
-            if self._absorption is not None:
-                self._absorption.run(active, wave, tables, key, depth)
-            log.cross(active, wave, depth)
+            clock.book("intersection")
+            for stage in self._stages["way"]:
+                stage.run(active, wave, tables, stage.data, key, depth)
+                clock.book(stage.name)
+            if self._crossings is not None:
+                log.cross(active, wave, depth)
+                clock.book("crossings")
             # the surface: what happens there is up to the effect that its property belongs to
             transport.arrive(active, wave, tables)
             if depth == settings.max_events - 1:
-                wave.state[active[wave.state[active] == transport.PENDING]] = EventKind.KILLED_DEPTH
-            for stage in self._on_surfaces:
-                stage.run(active, wave, tables, key, depth)
+                is_open = (wave.state[active] == transport.PENDING) | (wave.state[active] == EventKind.MEDIUM_SCATTERING)
+                wave.state[active[is_open]] = EventKind.KILLED_DEPTH
+            clock.book("intersection")
+            for stage in self._stages["surface"]:
+                stage.run(active, wave, tables, stage.data, key, depth)
+                clock.book(stage.name)
             log.keep(active, wave)
             active = active[: record.advance(active, wave, self._is_end)]
+            clock.book("recording")
             if not len(active):
                 break
-        return log.in_ray_order(first_ray, source)
+        portion = log.in_ray_order(first_ray, wave)
+        clock.book("recording")
+        portion.seconds.update(clock.seconds)
+        return portion
 
     def _emit(self, source: NDArray[np.int16], key: RunKey) -> Wave:
         """A wave at its emission."""
-        wave = Wave.allocate(len(source))
+        wave = Wave.allocate(len(source), self.compiled.bands.n)
+        wave.source[:] = source
+        wave.light[:] = self._light[source]
+        wave.medium[:] = np.array(self.compiled.source_media, np.int16)[source]
         for index, emitter in enumerate(self._emitters):
             slots = np.flatnonzero(source == index).astype(np.int32)
             getattr(emission, emitter.kernel)(slots, wave, key, *emitter.arguments)
-        wave.light[:] = self._light[source]
-        wave.medium[:] = np.array(self.compiled.source_media, np.int16)[source]
         wave.end[:] = wave.position
         wave.hit[:] = wave.triangle
         wave.state[:] = EventKind.EMISSION
@@ -156,10 +208,10 @@ class _EventLog:
     """Events and crossings of a portion as they come, a chunk a depth."""
 
     def __init__(
-        self, compiled: CompiledScene, n_rays: int, position_type: np.dtype, crossings_kernel: ModuleType | None
+        self, compiled: CompiledScene, n_rays: int, position_type: np.dtype, crossings_stage: _Stage | None
     ):
         self._compiled = compiled
-        self._crossings_kernel = crossings_kernel
+        self._crossings_stage = crossings_stage
         self._n_events = np.zeros(n_rays, np.int64)
         self._position_type = position_type
         self._chunks: list[tuple[NDArray, ...]] = []
@@ -167,37 +219,39 @@ class _EventLog:
 
     def keep(self, active: NDArray[np.int32], wave: Wave) -> None:
         """Copy the events at which the active rays are."""
-        n = len(active)
+        n, n_bands = len(active), self._compiled.bands.n
         kind, triangle, medium = np.empty(n, np.uint8), np.empty(n, np.int32), np.empty(n, np.int16)
-        position, light = np.empty((n, 3), self._position_type), np.empty((n, 3), np.float32)
+        position, light = np.empty((n, 3), self._position_type), np.empty((n, n_bands), np.float32)
         record.keep(active, wave, self._compiled.frame, kind, triangle, position, light, medium)
         self._chunks.append((active.copy(), kind, triangle, medium, position, light))
         self._n_events[active] += 1
 
     def cross(self, active: NDArray[np.int32], wave: Wave, depth: int) -> None:
         """Find and keep the detector crossings of the segments that end at this depth."""
-        kernel, compiled = self._crossings_kernel, self._compiled
-        if kernel is None:
-            return
-        found = np.empty(len(active), kernel.CROSSING)
-        count = kernel.run(active, wave, compiled.tables, compiled.frame, depth, found)
+        stage, frame = self._crossings_stage, self._compiled.frame
+        assert stage is not None
+        found = np.empty(len(active), CROSSING)
+        count = stage.run(active, wave, stage.data, frame, depth, found)
         if count > len(found):
-            found = np.empty(count, kernel.CROSSING)
-            kernel.run(active, wave, compiled.tables, compiled.frame, depth, found)
+            found = np.empty(count, CROSSING)
+            stage.run(active, wave, stage.data, frame, depth, found)
         if count:
             self._crossings.append(found[:count].copy())
 
-    def in_ray_order(self, first_ray: int, source: NDArray[np.int16]) -> TracedPortion:
+    def in_ray_order(self, first_ray: int, wave: Wave) -> TracedPortion:
         """Everything kept, in the order of the rays and then of time."""
         offsets = np.concatenate([[0], np.cumsum(self._n_events)])
         n = int(offsets[-1])
         columns = (
             np.empty(n, np.uint8), np.empty(n, np.int32), np.empty(n, np.int16),
-            np.empty((n, 3), self._position_type), np.empty((n, 3), np.float32),
+            np.empty((n, 3), self._position_type), np.empty((n, self._compiled.bands.n), np.float32),
         )  # fmt: skip
         for depth, (slots, *chunk) in enumerate(self._chunks):
             record.scatter(slots, offsets, depth, tuple(chunk), columns)
-        return TracedPortion(first_ray, source, offsets, *columns, **self._crossing_columns(offsets))
+        return TracedPortion(
+            first_ray, wave.source, offsets, *columns, wavelength_nm=wave.wavelength_nm.astype(np.float32),
+            **self._crossing_columns(offsets),
+        )  # fmt: skip
 
     def _crossing_columns(self, offsets: NDArray[np.int64]) -> dict[str, NDArray]:
         """Columns of the crossings, in the order of the rays and along each ray."""
@@ -217,7 +271,8 @@ class _EventLog:
         registered = np.zeros(len(crossings), bool)
         for index, detector in enumerate(self._compiled.scene.detectors.values()):
             mine = crossings["detector"] == index
-            registered[mine] = detector.accepts(angle[mine])
+            if isinstance(detector, RectangleDetector):
+                registered[mine] = detector.accepts(angle[mine])
         return {
             "crossing_row": row,
             "crossing_detector": crossings["detector"].copy(),

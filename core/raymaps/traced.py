@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -32,13 +32,17 @@ class TracedPortion:
         Ray i of the portion owns the events ``event_offsets[i]`` to ``event_offsets[i + 1] - 1``.
     kind, triangle, medium : (n_events,)
     position_mm : (n_events, 3) float32 or float64, on the frame's grid
-    light : (n_events, 3) float32
+    light : (n_events, n_bands) float32
     crossing_row : (n_crossings,) int64
         Row of the event that starts the crossing segment.
     crossing_detector : (n_crossings,) int16
     crossing_xy_mm : (n_crossings, 2) float32, on the detector's grid
     crossing_angle_rad : (n_crossings,) float32, a multiple of `raymaps.kinds.ANGLE_STEP_RAD`
     crossing_registered : (n_crossings,) bool
+    wavelength_nm : (n_rays,) float32
+        The one wavelength that a ray was narrowed to by dispersion; 0 if it was not.
+    seconds : dict of str to float
+        Time that each stage took.
     """
 
     first_ray: int
@@ -54,3 +58,5 @@ class TracedPortion:
     crossing_xy_mm: NDArray[np.float32]
     crossing_angle_rad: NDArray[np.float32]
     crossing_registered: NDArray[np.bool_]
+    wavelength_nm: NDArray[np.float32]
+    seconds: dict[str, float] = field(default_factory=dict)

@@ -7,7 +7,7 @@ import pytest
 from raymaps.compile import compile_scene
 from raymaps.effects.fresnel import fresnel_reflectance
 from raymaps.effects.lambertian import lambertian_direction
-from raymaps.effects.medium_absorption import absorbed_share
+from raymaps.effects.medium_absorption import Data, absorbed_share
 from raymaps.kernels import directions, fresnel, medium_absorption
 from raymaps.kernels.random import IN_MEDIUM, uniforms
 from raymaps.kinds import EventKind
@@ -128,15 +128,15 @@ def test_absorption_kernel_draws_the_share_of_its_reference(compared):
     """
     rng = np.random.default_rng(3)
     n = 20_000
-    wave = Wave.allocate(n)
+    wave = Wave.allocate(n, 3)
     light = rng.dirichlet([1, 1, 1], n).astype(np.float32)
     wave.light[:], wave.distance[:] = light, rng.exponential(2, n)
     wave.direction[:, 2] = 1
     absorption = np.array([[0.1, 0.6, 1.5]])
-    tables = compared[0].tables._replace(medium_absorption=absorption)
+    tables, data = compared[0].tables, Data(absorption)
     key = RunKey(np.uint64(9), np.uint64(77), 0.0)
     distance = wave.distance.copy()
-    medium_absorption.run(np.arange(n, dtype=np.int32), wave, tables, key, 3)
+    medium_absorption.run(np.arange(n, dtype=np.int32), wave, tables, data, key, 3)
     u = np.array([uniforms(np.uint64(9), np.uint64(77 + i), 3, IN_MEDIUM)[0] for i in range(n)])
     share = absorbed_share(light.astype(float), absorption[0], distance)
     absorbed = wave.state == EventKind.MEDIUM_ABSORPTION

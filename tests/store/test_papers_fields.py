@@ -51,7 +51,7 @@ class Plain:
         self.starts_segment = np.flatnonzero(~self.is_last)  # its segment ends at the next row
 
     def _read_portion(self, folder: Path, events: dict, crossings: dict) -> None:
-        table = {n: pq.read_table(folder / f"{n}.parquet") for n in ("rays", "signatures", "events", "crossings")}
+        table = {n: pq.read_table(folder / f"{n}.parquet") for n in ("rays", "signatures", "events", "lights", "crossings")}
         columns = {n: {c: t.column(c).to_numpy() for c in t.column_names} for n, t in table.items()}
         steps = columns["signatures"]
         of_signature = {int(s): np.flatnonzero(steps["signature"] == s) for s in np.unique(steps["signature"])}
@@ -60,6 +60,8 @@ class Plain:
         source = np.concatenate([np.full(len(c), steps["source"][c[0]]) for c in chosen])
         is_crossing = steps["kind"][rows] == CROSSING
         found = dict(columns["events"])
+        light = found.pop("light")
+        found |= {band: columns["lights"][band][light] for band in "rgb"}
         for name in ("kind", "body", "face", "surface", "medium"):
             found[name] = steps[name][rows[~is_crossing]]
         found["source"] = source[~is_crossing]

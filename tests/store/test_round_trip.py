@@ -9,6 +9,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+from raymaps.bands import RGB_BANDS
 from raymaps.kinds import EventKind
 from raymaps.names import Names
 from raymaps.store import Portion, RayMap
@@ -46,7 +47,9 @@ def random_history(rng: np.random.Generator, first_ray: int, n_rays: int, positi
         triangle=rng.integers(-1, len(TRIANGLE_FACE), n).astype(np.int32),
         medium=rng.integers(-1, N_MEDIA, n).astype(np.int16),
         position_mm=rng.normal(0, 100, (n, 3)).astype(position),
-        light=rng.random((n, 3)).astype(np.float32),
+        light=rng.choice(rng.random((20, 3)), n).astype(np.float32),
+        wavelength_nm=np.zeros(n_rays, np.float32),
+        seconds={"intersection": 0.25},
         crossing_row=crossing_row,
         crossing_detector=rng.integers(0, N_DETECTORS, m).astype(np.int16),
         crossing_xy_mm=rng.normal(0, 5, (m, 2)).astype(np.float32),
@@ -66,13 +69,15 @@ def cut(history: SimpleNamespace, begin: int, end: int) -> SimpleNamespace:
         first_ray=history.first_ray + begin,
         source=history.source[begin:end],
         event_offsets=history.event_offsets[begin : end + 1] - rows.start,
+        wavelength_nm=history.wavelength_nm[begin:end],
+        seconds={},
         **parts,
     )
 
 
 def written(folder, history) -> Portion:
-    write_portion(folder, history, N_SOURCES, FaceIndex(TRIANGLE_FACE, FACE_BODY, FACE_SURFACE))
-    return Portion.open(folder / f"{history.first_ray:012d}", NAMES)
+    write_portion(folder, history, N_SOURCES, FaceIndex(TRIANGLE_FACE, FACE_BODY, FACE_SURFACE), RGB_BANDS, "rgb")
+    return Portion.open(folder / f"{history.first_ray:012d}", NAMES, RGB_BANDS)
 
 
 def assert_same(portion: Portion, history) -> None:

@@ -314,23 +314,25 @@ def test_tables_say_what_the_scene_says(tmp_path):
     assert np.linalg.norm(normal, axis=1) == pytest.approx(1)
     assert np.einsum("ij,ikj->ik", normal, compiled.corners) == pytest.approx(offset[:, None].repeat(3, 1), abs=1e-14)
     satin = names.surfaces.index("satin")
-    parts = slice(tables.mixture_start[satin], tables.mixture_start[satin + 1])
-    assert [names.surfaces[p] for p in tables.mixture_part[parts]] == ["polished", "screen", "black"]
-    assert tables.mixture_edge[parts] == pytest.approx([0.5, 0.8, 1.0])
-    assert tables.mixture_edge[parts][-1] == 1.0
+    mixture = compiled.effect_data["mixture"]
+    parts = slice(mixture.start[satin], mixture.start[satin + 1])
+    assert [names.surfaces[p] for p in mixture.part[parts]] == ["polished", "screen", "black"]
+    assert mixture.edge[parts] == pytest.approx([0.5, 0.8, 1.0])
+    assert mixture.edge[parts][-1] == 1.0
     mirror = names.surfaces.index("mirror")
-    assert tables.reflectance[mirror].tolist() == [0.9, 0.8, 0.7]
+    assert compiled.effect_data["mirror"].reflectance[mirror].tolist() == [0.9, 0.8, 0.7]
     glass = names.media.index("glass")
-    assert tables.medium_absorption[glass] / compiled.frame.unit_mm == pytest.approx([0.05, 0.02, 0.0])
-    for axes in tables.detector_axes:
+    assert compiled.effect_data["medium_absorption"].absorption[glass] / compiled.frame.unit_mm == pytest.approx([0.05, 0.02, 0.0])
+    for axes in compiled.effect_data["crossings"].axes:
         assert axes @ axes.T == pytest.approx(np.eye(3), abs=1e-14)
         assert np.linalg.det(axes) == pytest.approx(1)
 
 
 def test_tables_are_read_only(tmp_path):
     compiled = compile_scene(load_scene(write_scene(tmp_path, workshop(tmp_path))))
-    for name, array in compiled.tables._asdict().items():
-        assert not array.flags.writeable, name
+    for data in (compiled.tables, *compiled.effect_data.values()):
+        for array in data:
+            assert not array.flags.writeable
 
 
 def test_degenerate_triangles_keep_their_number(tmp_path):

@@ -1,20 +1,35 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """The effects: every piece of physics that costs time, and which scene calls for which.
 
-One file each. A file says in words when a scene calls for the effect (`needed_by`) and holds a slow, readable
-reference of its physics that tests compare the kernel with. The kernel is `raymaps.kernels.<name of the effect>`;
-`raymaps.trace` imports, compiles and runs it only when the effect is needed.
+One file each. A file says in words when a scene calls for the effect (`needed_by`), lowers what its kernel reads to
+arrays (`lower`), and holds a slow, readable reference of its physics that tests compare the kernel with. The kernel is
+`raymaps.kernels.<name of the effect>`; `raymaps.trace` imports, compiles and runs it only when the effect is needed.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, Literal
 
-from raymaps.effects import absorber, crossings, fresnel, lambertian, medium_absorption, mirror, mixture
+from raymaps.effects import (
+    absorber,
+    crossings,
+    dispersion,
+    fresnel,
+    lambertian,
+    medium_absorption,
+    medium_scattering,
+    mirror,
+    mixture,
+    spectral,
+    without,
+)
+from raymaps.effects.lowering import Lowering
+from raymaps.errors import SceneError, unknown_name
 from raymaps.scene import Scene
 
-__all__ = ["EFFECTS", "Effect", "needed_effects"]
+__all__ = ["EFFECTS", "Effect", "Lowering", "needed_effects", "scene_without"]
 
 
 @dataclass(frozen=True)
@@ -29,26 +44,96 @@ class Effect:
         What is simulated, in one line.
     needed_by : function of a Scene
         Why the scene calls for the effect, a sentence for each reason; empty if it does not.
+    lower : function of a Lowering
+        The arrays that the kernel reads, a NamedTuple; () if it reads none.
+    stage : str
+        When the kernel runs: on the "way" to the next event, or at the "surface"; "none" without a kernel.
+    if_off, without : str, function of a Scene to a Scene
+        What takes the effect's place where it is switched off, in words and done.
     """
 
     name: str
     summary: str
     needed_by: Callable[[Scene], tuple[str, ...]]
+    lower: Callable[[Lowering], Any]
+    stage: Literal["way", "surface", "none"]
+    if_off: str
+    without: Callable[[Scene], Scene]
+
+
+def _nothing(lowering: Lowering) -> tuple[()]:
+    return ()
+
+
+def _unchanged(scene: Scene) -> Scene:
+    return scene
 
 
 #: In the order in which a segment meets them: its way through a medium and past detectors, then the surface it hits.
 EFFECTS: tuple[Effect, ...] = (
-    Effect("medium_absorption", "absorption inside media (Beer-Lambert)", medium_absorption.needed_by),
-    Effect("crossings", "virtual detectors crossed by a segment", crossings.needed_by),
-    Effect("mixture", "several surface properties side by side on a face", mixture.needed_by),
-    Effect("absorber", "absorption on a surface", absorber.needed_by),
-    Effect("mirror", "specular reflection", mirror.needed_by),
-    Effect("lambertian", "diffuse reflection and transmission", lambertian.needed_by),
-    Effect("fresnel", "reflection and refraction at a smooth interface", fresnel.needed_by),
-)
+    Effect(
+        "spectral", "spectra in place of red, green and blue", spectral.needed_by, _nothing, "none",
+        "light is red, green and blue", _unchanged,
+    ),
+    Effect(
+        "medium_scattering", "scattering inside media by phase functions", medium_scattering.needed_by,
+        medium_scattering.lower, "way", "media do not scatter", without.nothing_scattered_inside,
+    ),
+    Effect(
+        "medium_absorption", "absorption inside media (Beer-Lambert)", medium_absorption.needed_by,
+        medium_absorption.lower, "way", "media do not absorb", without.nothing_absorbed_inside,
+    ),
+    Effect(
+        "crossings", "virtual detectors crossed by a segment", crossings.needed_by, crossings.lower, "way",
+        "rectangles register nothing", _unchanged,
+    ),
+    Effect(
+        "mixture", "several surface properties side by side on a face", mixture.needed_by, mixture.lower, "surface",
+        "of each mixture only the largest part acts", without.dominant_part,
+    ),
+    Effect(
+        "dispersion", "refractive index that depends on wavelength", dispersion.needed_by, dispersion.lower, "surface",
+        "indices are those at the d line, 587.6 nm", without.one_index,
+    ),
+    Effect(
+        "absorber", "absorption on a surface", absorber.needed_by, _nothing, "surface", "it can't be switched off",
+        _unchanged,
+    ),
+    Effect(
+        "mirror", "specular reflection", mirror.needed_by, mirror.lower, "surface", "mirrors absorb all light",
+        without.all_absorbed("mirror"),
+    ),
+    Effect(
+        "lambertian", "diffuse reflection and transmission", lambertian.needed_by, lambertian.lower, "surface",
+        "these surfaces absorb all light", without.all_absorbed("lambertian"),
+    ),
+    Effect(
+        "fresnel", "reflection and refraction at a smooth interface", fresnel.needed_by, _nothing, "surface",
+        "these surfaces absorb all light", without.all_absorbed("fresnel"),
+    ),
+)  # fmt: skip
+
+
+def scene_without(scene: Scene) -> Scene:
+    """The scene without the effects that its settings switch off.
+
+    Raises
+    ------
+    SceneError
+        If an effect is unknown, or can't be switched off.
+    """
+    known = {effect.name: effect for effect in EFFECTS if effect.name != "absorber"}
+    for name in scene.settings.without:
+        if name not in known:
+            raise SceneError(f"Settings, without: {unknown_name('effect', name, known)}")
+        scene = known[name].without(scene)
+    return scene
 
 
 def needed_effects(scene: Scene) -> dict[str, tuple[str, ...]]:
-    """Names of the effects that a scene calls for, each with its reasons, in the order of `EFFECTS`."""
-    reasons = {effect.name: effect.needed_by(scene) for effect in EFFECTS}
+    """Names of the effects that a scene calls for and does not switch off, each with its reasons, in order."""
+    reduced = scene_without(scene)
+    reasons = {
+        effect.name: effect.needed_by(reduced) for effect in EFFECTS if effect.name not in scene.settings.without
+    }
     return {name: because for name, because in reasons.items() if because}

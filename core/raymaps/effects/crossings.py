@@ -3,17 +3,62 @@
 
 from __future__ import annotations
 
+import math
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
+from raymaps.effects.lowering import Lowering
+
 from raymaps.scene import RectangleDetector, Scene
 
-__all__ = ["needed_by", "rectangle_crossing"]
+__all__ = ["CROSSING", "Data", "lower", "needed_by", "rectangle_crossing"]
+
+
+#: A crossing: place in mm on the detector's grid, angle in its own steps; ``part`` says where on its segment (0 to 1).
+CROSSING = np.dtype(
+    [
+        ("part", "f8"),
+        ("slot", "i4"),
+        ("event", "i4"),
+        ("x_mm", "f4"),
+        ("y_mm", "f4"),
+        ("angle_rad", "f4"),
+        ("detector", "i2"),
+    ],
+    align=True,
+)
 
 
 def needed_by(scene: Scene) -> tuple[str, ...]:
-    """A scene calls for crossings if it has a detector."""
-    return tuple(f"detector '{name}'" for name in scene.detectors)
+    """A scene calls for crossings if it has a rectangle."""
+    return tuple(f"detector '{n}'" for n, detector in scene.detectors.items() if isinstance(detector, RectangleDetector))
+
+
+class Data(NamedTuple):
+    """What the kernel reads; lengths in frame units."""
+
+    number: NDArray[np.int16]  # (n,) which detector of the scene it is
+    center: NDArray[np.float64]  # (n, 3)
+    axes: NDArray[np.float64]  # (n, 3 axes, 3) x, y, normal
+    half: NDArray[np.float64]  # (n, 2) half width and half height
+    grid_mm: NDArray[np.float64]  # (n,) step to which places on the detector are rounded
+
+
+def lower(lowering: Lowering) -> Data:
+    """The rectangles of a scene."""
+    all_detectors = lowering.scene.detectors.values()
+    rectangles = [(i, d) for i, d in enumerate(all_detectors) if isinstance(d, RectangleDetector)]
+    detectors = [d for _, d in rectangles]
+    frame = lowering.frame
+    return Data(
+        number=np.array([i for i, _ in rectangles], np.int16),
+        center=frame.to_units(np.array([d.center_mm for d in detectors])),
+        axes=np.array([d.axes for d in detectors]),
+        half=np.array([(d.width_mm, d.height_mm) for d in detectors]) / 2 / frame.unit_mm,
+        grid_mm=np.array([2.0 ** round(math.log2(max(d.width_mm, d.height_mm)) - 20) for d in detectors]),
+    )
 
 
 def rectangle_crossing(

@@ -3,18 +3,33 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
+from raymaps.effects.lowering import Lowering
 from raymaps.effects.usage import faces_of_kind
 from raymaps.scene import Scene
 
-__all__ = ["lambertian_direction", "needed_by"]
+__all__ = ["Data", "lambertian_direction", "lower", "needed_by"]
 
 
 def needed_by(scene: Scene) -> tuple[str, ...]:
     """A scene calls for Lambertian scattering if a face scatters so."""
     return faces_of_kind(scene, "lambertian")
+
+
+class Data(NamedTuple):
+    """What the kernel reads."""
+
+    reflectance: NDArray[np.float64]  # (n_surfaces, n_bands)
+    transmittance: NDArray[np.float64]  # (n_surfaces, n_bands)
+
+
+def lower(lowering: Lowering) -> Data:
+    """Reflectances and transmittances by band."""
+    return Data(lowering.by_surface("lambertian", "reflectance"), lowering.by_surface("lambertian", "transmittance"))
 
 
 def lambertian_direction(

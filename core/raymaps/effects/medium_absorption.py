@@ -3,24 +3,42 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
+from raymaps.effects.lowering import Lowering
+from raymaps.effects.usage import used_media
+from raymaps.materials import SpectrumTable
 from raymaps.scene import Scene
 
-__all__ = ["absorbed_share", "needed_by"]
+__all__ = ["Data", "absorbed_share", "lower", "needed_by"]
+
+
+class Data(NamedTuple):
+    """What the kernel reads."""
+
+    absorption: NDArray[np.float64]  # (n_media, n_bands) per frame unit
 
 
 def needed_by(scene: Scene) -> tuple[str, ...]:
     """A scene calls for absorption in media if a medium that light can travel in absorbs."""
-    reasons = [
-        f"medium '{body.medium}' of body '{name}'"
-        for name, body in scene.bodies.items()
-        if body.medium is not None and any(scene.media[body.medium].absorption_per_mm)
+
+    def absorbs(name: str) -> bool:
+        value = scene.media[name].absorption_per_mm
+        return any(value.value if isinstance(value, SpectrumTable) else value) and not scene.media[name].is_conductor
+
+    return tuple(f"medium '{name}' of {where}" for name, where in used_media(scene).items() if absorbs(name))
+
+
+def lower(lowering: Lowering) -> Data:
+    """Absorption of each medium by band."""
+    by_band = [
+        lowering.bands.average(medium.absorption_per_mm, f"Medium '{name}', absorption_per_mm")
+        for name, medium in zip(lowering.names.media, lowering.media, strict=True)
     ]
-    if any(scene.ambient_medium.absorption_per_mm):
-        reasons.append(f"the ambient medium '{scene.ambient}'")
-    return tuple(reasons)
+    return Data(np.array(by_band) * lowering.frame.unit_mm)
 
 
 def absorbed_share(

@@ -6,7 +6,7 @@ from __future__ import annotations
 from raymaps.materials import Mixture
 from raymaps.scene import Scene
 
-__all__ = ["faces_of_kind", "used_surfaces"]
+__all__ = ["faces_of_kind", "used_media", "used_surfaces"]
 
 
 def used_surfaces(scene: Scene) -> dict[str, list[str]]:
@@ -19,6 +19,15 @@ def used_surfaces(scene: Scene) -> dict[str, list[str]]:
             used.setdefault(body.surface, []).append(f"body '{name}'")
         for face, surface in body.face_surfaces.items():
             used.setdefault(surface, []).append(f"face '{name}.{face}'")
+    return used
+
+
+def used_media(scene: Scene) -> dict[str, str]:
+    """Media that stand in a body or around all, each with the first place in words."""
+    used = {} if scene.ambient is None else {scene.ambient: "the space around the bodies"}
+    for name, body in scene.bodies.items():
+        if body.medium is not None:
+            used.setdefault(body.medium, f"body '{name}'")
     return used
 
 

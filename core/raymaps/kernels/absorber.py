@@ -12,10 +12,10 @@ _ABSORPTION = int(EventKind.ABSORPTION)
 
 
 @kernel
-def run(active, wave, tables, key, depth):
+def run(active, wave, tables, data, key, depth):
     """End every ray that meets an absorber."""
     for k in range(len(active)):
         i = active[k]
         if wave.state[i] == PENDING and tables.surface_kind[wave.surface[i]] == _HERE:
             wave.state[i] = _ABSORPTION
-            wave.light[i, 0] = wave.light[i, 1] = wave.light[i, 2] = 0.0
+            wave.light[i] = 0.0

@@ -34,7 +34,7 @@ def reflectance(cos_i, n_i, n_t):
 
 
 @kernel
-def run(active, wave, tables, key, depth):
+def run(active, wave, tables, data, key, depth):
     """Reflect or refract every ray that meets a smooth interface; its light does not change."""
     for k in range(len(active)):
         i = active[k]
@@ -44,7 +44,7 @@ def run(active, wave, tables, key, depth):
         side = wave.near_side[i]
         dx, dy, dz = wave.direction[i, 0], wave.direction[i, 1], wave.direction[i, 2]
         cos_i = min(1.0, -side * (dx * plane[0] + dy * plane[1] + dz * plane[2]))
-        n_i, n_t = tables.medium_index[wave.medium[i]], tables.medium_index[wave.beyond[i]]
+        n_i, n_t = wave.n_near[i], wave.n_far[i]
         share, cos_t = reflectance(cos_i, n_i, n_t)
         _, u, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), depth, ON_SURFACE)
         if u < share:

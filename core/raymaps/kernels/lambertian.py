@@ -19,7 +19,7 @@ _ABSORPTION = int(EventKind.ABSORPTION)
 
 
 @kernel
-def run(active, wave, tables, key, depth):
+def run(active, wave, tables, data, key, depth):
     """Scatter every ray that meets a Lambertian surface to its near or far side, or absorb it."""
     for k in range(len(active)):
         i = active[k]
@@ -28,7 +28,7 @@ def run(active, wave, tables, key, depth):
             continue
         _, u, v, w = uniforms(key.seed, key.first_ray + np.uint64(i), depth, ON_SURFACE)
         outcome = draw_outcome(
-            wave.light[i], tables.reflectance[surface], tables.transmittance[surface], key.roulette_threshold, u
+            wave.light[i], data.reflectance[surface], data.transmittance[surface], key.roulette_threshold, u
         )
         if outcome < 0:
             wave.state[i] = _ABSORPTION

@@ -15,35 +15,40 @@ _MEDIUM_ABSORPTION = int(EventKind.MEDIUM_ABSORPTION)
 
 
 @kernel
-def run(active, wave, tables, key, depth):
+def run(active, wave, tables, data, key, depth):
     """Absorb rays on their way through absorbing media; the others keep all their light, recoloured.
 
     With light l_b, and e_b = exp(-a_b d) the share of band b that would get through, a ray gets through with
     probability s = sum(l_b e_b) / sum(l_b) and then carries l_b e_b / s: the expectation of band b is l_b e_b.
     """
+    n_bands = data.absorption.shape[1]
     for k in range(len(active)):
         i = active[k]
-        absorption = tables.medium_absorption[wave.medium[i]]
-        if absorption[0] == 0.0 and absorption[1] == 0.0 and absorption[2] == 0.0:
+        absorption = data.absorption[wave.medium[i]]
+        largest = smallest = absorption[0]
+        for band in range(1, n_bands):
+            largest, smallest = max(largest, absorption[band]), min(smallest, absorption[band])
+        if largest == 0.0:
             continue
         light = wave.light[i]
         distance = wave.distance[i]
-        total = np.float64(light[0]) + np.float64(light[1]) + np.float64(light[2])
-        lost_0 = light[0] * -math.expm1(-absorption[0] * distance)
-        lost_1 = light[1] * -math.expm1(-absorption[1] * distance)
-        lost_2 = light[2] * -math.expm1(-absorption[2] * distance)
-        lost = lost_0 + lost_1 + lost_2
+        arriving = lost = 0.0
+        for band in range(n_bands):
+            arriving += np.float64(light[band])
+            lost += light[band] * -math.expm1(-absorption[band] * distance)
         u, v, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), depth, IN_MEDIUM)
-        u *= total
+        u *= arriving
         if u >= lost:
-            if absorption[0] != absorption[1] or absorption[1] != absorption[2]:
-                scale = total / (total - lost)
-                light[0] = (light[0] - lost_0) * scale
-                light[1] = (light[1] - lost_1) * scale
-                light[2] = (light[2] - lost_2) * scale
+            if largest != smallest:
+                scale = arriving / (arriving - lost)
+                for band in range(n_bands):
+                    light[band] = (light[band] - light[band] * -math.expm1(-absorption[band] * distance)) * scale
             continue
         # where: drawn in the band that u fell into, from the exponential cut off at the segment's end
-        band = 0 if u < lost_0 else (1 if u < lost_0 + lost_1 else 2)
+        band, below = 0, light[0] * -math.expm1(-absorption[0] * distance)
+        while u >= below and band < n_bands - 1:
+            band += 1
+            below += light[band] * -math.expm1(-absorption[band] * distance)
         depth_in = -math.log1p(v * math.expm1(-absorption[band] * distance)) / absorption[band]
         depth_in = min(depth_in, distance)
         for axis in range(3):
@@ -51,4 +56,4 @@ def run(active, wave, tables, key, depth):
         wave.distance[i] = depth_in
         wave.hit[i] = -1
         wave.state[i] = _MEDIUM_ABSORPTION
-        light[0] = light[1] = light[2] = 0.0
+        light[:] = 0.0

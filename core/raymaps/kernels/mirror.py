@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from raymaps.jit import kernel
-from raymaps.kernels.outcome import draw_outcome
+from raymaps.kernels.outcome import draw_reflection
 from raymaps.kernels.random import ON_SURFACE, uniforms
 from raymaps.kernels.transport import PENDING
 from raymaps.kinds import EventKind, SurfaceKind
@@ -29,7 +29,7 @@ def reflect(wave, i, plane):
 
 
 @kernel
-def run(active, wave, tables, key, depth):
+def run(active, wave, tables, data, key, depth):
     """Reflect every ray that meets a mirror, or absorb it."""
     for k in range(len(active)):
         i = active[k]
@@ -37,10 +37,10 @@ def run(active, wave, tables, key, depth):
         if wave.state[i] != PENDING or tables.surface_kind[surface] != _HERE:
             continue
         _, u, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), depth, ON_SURFACE)
-        outcome = draw_outcome(
-            wave.light[i], tables.reflectance[surface], tables.transmittance[surface], key.roulette_threshold, u
+        kept = draw_reflection(
+            wave.light[i], data.reflectance[surface], key.roulette_threshold, u
         )
-        if outcome < 0:
+        if not kept:
             wave.state[i] = _ABSORPTION
             continue
         wave.state[i] = _REFLECTION

@@ -14,7 +14,7 @@ _HERE = int(SurfaceKind.MIXTURE)
 
 
 @kernel
-def run(active, wave, tables, key, depth):
+def run(active, wave, tables, data, key, depth):
     """Replace a mixture by one of its parts for every ray that meets one."""
     for k in range(len(active)):
         i = active[k]
@@ -22,7 +22,7 @@ def run(active, wave, tables, key, depth):
         if wave.state[i] != PENDING or tables.surface_kind[surface] != _HERE:
             continue
         u, _, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), depth, ON_SURFACE)
-        part, last = tables.mixture_start[surface], tables.mixture_start[surface + 1] - 1
-        while part < last and u >= tables.mixture_edge[part]:
+        part, last = data.start[surface], data.start[surface + 1] - 1
+        while part < last and u >= data.edge[part]:
             part += 1
-        wave.surface[i] = tables.mixture_part[part]
+        wave.surface[i] = data.part[part]

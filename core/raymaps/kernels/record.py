@@ -22,7 +22,7 @@ def keep(active, wave, frame, kind, triangle, position, light, medium):
     ----------
     kind, triangle, medium : (n_active,), filled
     position : (n_active, 3) float32 or float64, filled
-    light : (n_active, 3) float32, filled
+    light : (n_active, n_bands) float32, filled
     """
     per_grid = 1.0 / frame.grid_mm
     for k in range(len(active)):
@@ -37,7 +37,8 @@ def keep(active, wave, frame, kind, triangle, position, light, medium):
         for a in range(3):
             at = frame.center_mm[a] + frame.unit_mm * wave.end[i, a]
             position[k, a] = math.floor(at * per_grid + 0.5) * frame.grid_mm
-            light[k, a] = wave.light[i, a]
+        for band in range(light.shape[1]):
+            light[k, band] = wave.light[i, band]
 
 
 @kernel
@@ -85,4 +86,5 @@ def scatter(slots, first_row, depth, chunk, columns):
         to_medium[row] = medium[k]
         for a in range(3):
             to_position[row, a] = position[k, a]
-            to_light[row, a] = light[k, a]
+        for band in range(light.shape[1]):
+            to_light[row, band] = light[k, band]

@@ -120,7 +120,7 @@ def _distance_to_box(px, py, pz, dx, dy, dz, box):
 
 @kernel
 def arrive(rays, wave, tables):
-    """Tell each pending ray which surface property it meets, from which side, and the medium beyond.
+    """Tell each pending ray which surface property it meets, from which side, and the media before and beyond.
 
     A ray that comes from another medium than the surface's near side has was lost among overlapping or touching bodies.
     """
@@ -139,6 +139,8 @@ def arrive(rays, wave, tables):
         wave.near_side[i] = 1 if from_front else -1
         wave.beyond[i] = wave.medium[i] if beyond < 0 else beyond
         wave.surface[i] = tables.face_surface[face]
+        wave.n_near[i] = tables.medium_index[wave.medium[i]]
+        wave.n_far[i] = tables.medium_index[wave.beyond[i]]
         if near >= 0 and near != wave.medium[i]:
             wave.state[i] = _MISMATCH
         elif not math.isfinite(cosine):

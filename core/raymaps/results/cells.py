@@ -16,6 +16,8 @@ from raymaps.criterion import Area, Bound, Everything, inside_area, matching_ray
 
 from raymaps.scene import RectangleDetector
 
+from raymaps.store import Lights
+
 if TYPE_CHECKING:
     from raymaps.store import Portion, RayMap
 
@@ -29,7 +31,9 @@ class CellSums(NamedTuple):
 
     total: Float  # (n_sources,) sum of X
     squares: Float  # (n_sources,) sum of X²
-    cell_light: Float  # (n_sources, n_cells, 3 bands) sum of X_c by band
+    lumen: Float  # (n_sources,) sum of Y, the ray's lumens there for each W of its emission; 0 of RGB light
+    lumen_squares: Float  # (n_sources,) sum of Y²
+    cell_light: Float  # (n_sources, n_cells, 5) sum of X_c, Y_c, and of red, green and blue
     cell_squares: Float  # (n_sources, n_cells) sum of X_c²
     cell_products: Float  # (n_sources, n_cells) sum of X_c X
 
@@ -66,7 +70,7 @@ def sum_cells(
     n_sources, n_cells = len(raymap.names.sources), resolution[0] * resolution[1]
     per_cell = (n_sources, n_cells)
     sums = CellSums(
-        np.zeros(n_sources), np.zeros(n_sources), np.zeros((*per_cell, 3)), np.zeros(per_cell), np.zeros(per_cell)
+        *(np.zeros(n_sources) for _ in range(4)), np.zeros((*per_cell, 5)), np.zeros(per_cell), np.zeros(per_cell)
     )
     in_cell = np.zeros(n_cells)
     n_rays = n_crossings = 0
@@ -92,26 +96,48 @@ def sum_cells(
 
 def _light_at_crossings(
     raymap: RayMap, portion: Portion, detector: RectangleDetector, detector_index: int
-) -> tuple[NDArray[np.floating], NDArray[np.int64]]:
-    """Light by band, and for each crossing its row there.
+) -> tuple[Float, NDArray[np.int64]]:
+    """Power, lumens, red, green and blue, (n, 5), and for each crossing its row there.
 
-    Along a segment the light in all is constant, because absorption is drawn. In a medium that absorbs the bands
-    unequally their shares shift on the way to the crossing: to l_b exp(-a_b t), scaled to the same sum.
+    Along a segment the light in all is constant, because what media take is drawn. In a medium that takes the bands
+    unequally their shares shift on the way to the crossing: to l_b exp(-a_b t), scaled to the same sum. Where a spectral
+    simulation stored colours in place of spectra the crossing has the colour of its segment's start.
     """
-    media = raymap.scene.media
-    absorption = np.array([media[n].absorption_per_mm if n in media else (0.0,) * 3 for n in raymap.names.media])
-    tinted = (absorption != absorption[:, :1]).any(axis=1)
-    if not tinted.any():
-        return portion.light, portion.crossing_row
+    lights = portion.lights
     row = portion.crossing_row
-    light = portion.light[row].astype(np.float64)
+    extinction = _extinction_per_mm(raymap)
+    tinted = (extinction != extinction[:, :1]).any(axis=1)
+    if lights.spectra is None or not tinted.any():
+        return _measured(lights), portion.event_light[row].astype(np.int64)
     medium = portion.signatures.medium[portion.event_step[row]]
-    here = np.flatnonzero(tinted[medium] & (portion.crossing_detector == detector_index))
+    mine = portion.crossing_detector == detector_index
+    here = np.flatnonzero(tinted[medium] & mine)
     place = np.array(detector.center_mm) + portion.crossing_xy_mm[here] @ detector.axes[:2]
     way_mm = np.linalg.norm(place - portion.position_mm[row[here]], axis=1)
-    through = light[here] * np.exp(-absorption[medium[here]] * way_mm[:, None])
-    light[here] = through * (light[here].sum(axis=1) / through.sum(axis=1))[:, None]
-    return light, np.arange(len(row))
+    light = lights.spectra[portion.event_light[row[here]]].astype(np.float64)
+    through = light * np.exp(-extinction[medium[here]] * way_mm[:, None])
+    through *= (light.sum(axis=1) / through.sum(axis=1))[:, None]
+    recoloured = Lights(through, lights.names, lights.bands)
+    light_row = portion.event_light[row].astype(np.int64)
+    light_row[here] = len(lights.values) + np.arange(len(here))
+    return np.concatenate([_measured(lights), _measured(recoloured)]), light_row
+
+
+def _measured(lights: Lights) -> Float:
+    """Power, lumens, red, green and blue of lights, (n_lights, 5)."""
+    lumen = lights.lumen_per_w
+    return np.column_stack([lights.power, np.zeros(len(lights.values)) if lumen is None else lumen, lights.rgb])
+
+
+def _extinction_per_mm(raymap: RayMap) -> Float:
+    """What each medium takes from a segment by absorption and scattering, (n_media, n_bands)."""
+    media = raymap.scene.media
+    result = np.zeros((len(raymap.names.media), raymap.bands.n))
+    for i, name in enumerate(raymap.names.media):
+        if name in media:
+            values = (media[name].absorption_per_mm, *(s.coefficient_per_mm for s in media[name].scattering))
+            result[i] = sum(raymap.bands.average(value, f"Medium '{name}'") for value in values)
+    return result
 
 
 def _counted(

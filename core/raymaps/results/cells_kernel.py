@@ -23,7 +23,8 @@ def add_crossings(rows, ray, light_row, xy_mm, light, source_of_ray, size_mm, re
     ray, light_row : (n_crossings,) int64
         Ray of each crossing, and the row of its light.
     xy_mm : (n_crossings, 2) float
-    light : (n_events, 3 bands) float32
+    light : (n_lights, 5) float64
+        Power, lumens, red, green, blue.
     source_of_ray : (n_rays,) int
     size_mm : (width, height)
     resolution : (n_x, n_y)
@@ -42,23 +43,26 @@ def add_crossings(rows, ray, light_row, xy_mm, light, source_of_ray, size_mm, re
     while start < len(rows):
         this_ray = ray[rows[start]]
         source = source_of_ray[this_ray]
-        in_all = 0.0
+        in_all = lumen_in_all = 0.0
         end = start
         while end < len(rows) and ray[rows[end]] == this_ray:
             at = light_row[rows[end]]
-            in_all += np.float64(light[at, 0]) + np.float64(light[at, 1]) + np.float64(light[at, 2])
+            in_all += light[at, 0]
+            lumen_in_all += light[at, 1]
             end += 1
         sums.total[source] += in_all
         sums.squares[source] += in_all * in_all
+        sums.lumen[source] += lumen_in_all
+        sums.lumen_squares[source] += lumen_in_all * lumen_in_all
         n_rays += 1
 
         for k in range(start, end):
             row = rows[k]
             at = light_row[row]
             cell = _cell(xy_mm[row, 0], xy_mm[row, 1], size_mm, per_mm_x, per_mm_y, n_x, n_y)
-            power = np.float64(light[at, 0]) + np.float64(light[at, 1]) + np.float64(light[at, 2])
-            for band in range(3):
-                sums.cell_light[source, cell, band] += np.float64(light[at, band])
+            power = light[at, 0]
+            for value in range(5):
+                sums.cell_light[source, cell, value] += light[at, value]
             sums.cell_products[source, cell] += power * in_all
             in_cell[cell] += power
         # several crossings of a ray in one cell are one sample

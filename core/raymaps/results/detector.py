@@ -312,7 +312,7 @@ def _statistics(
     flux_w, stderr_w = estimate_flux(source_flux_w, n_rays, sums.total, sums.squares, impossible)
     # An empty cell is as uncertain as one ray there: a typical one of those that arrived, or one with all its light.
     typical = np.divide(sums.squares, sums.total, np.ones_like(sums.total), where=sums.total > 0)
-    cell_total = sums.cell_light.sum(axis=2)
+    cell_total = sums.cell_light[:, :, 0]
     cell_w, cell_stderr_w = estimate_flux(
         source_flux_w, n_rays, cell_total, sums.cell_squares, impossible, typical[:, None]
     )
@@ -346,5 +346,5 @@ def _statistics(
         "uniformity": uniformity,
         "cell_flux_w": cell_w.reshape(shape),
         "cell_stderr_w": cell_stderr_w.reshape(shape),
-        "cell_flux_rgb_w": np.einsum("s,scb->cb", ray_flux_w, sums.cell_light).reshape(*shape, 3),
+        "cell_flux_rgb_w": np.einsum("s,scb->cb", ray_flux_w, sums.cell_light[:, :, 2:]).reshape(*shape, 3),
     }

@@ -33,7 +33,7 @@ class Overlay:
     segments_mm : (n, 6) float32
         Start and end of each segment: x0, y0, z0, x1, y1, z1.
     light : (n, 3 bands) float32
-        Light along each segment, relative to the ray's emission.
+        Light along each segment as it is drawn: its bands add up to what is left of the ray's emission.
     ray : (n,) int64
         Number of the ray that each segment belongs to.
     rays : int
@@ -132,4 +132,4 @@ def _segments(
     before = np.cumsum(lengths) - lengths
     rows = np.repeat(first - before, lengths) + np.arange(lengths.sum())
     segments_mm = np.hstack([portion.position_mm[rows], portion.position_mm[rows + 1]]).astype(np.float32)
-    return segments_mm, portion.light[rows], portion.first_ray + np.repeat(rays, lengths)
+    return segments_mm, portion.shown_light[rows], portion.first_ray + np.repeat(rays, lengths)

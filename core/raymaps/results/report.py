@@ -207,7 +207,8 @@ def _history(raymap: RayMap, portion: Portion, ray: int, crossings: range) -> Ra
     rows = slice(int(portion.event_offsets[ray]), int(portion.event_offsets[ray + 1]))
     source = int(table.source[steps[0]])
     flux_w = float(raymap.ray_flux_w[source])
-    positions_mm, light = portion.position_mm[rows].astype(np.float64), portion.light[rows].astype(np.float64)
+    positions_mm, light = portion.position_mm[rows].astype(np.float64), portion.shown_light[rows].astype(np.float64)
+    power = portion.power[rows]
     angles_rad = incidence_angles_rad(raymap, positions_mm, portion.triangle[rows])
     crossed = [_crossings(raymap, portion, crossings, row) for row in range(rows.start, rows.stop)]
     events = []
@@ -227,7 +228,7 @@ def _history(raymap: RayMap, portion: Portion, ray: int, crossings: range) -> Ra
                 medium=after,
                 position_mm=_three(positions_mm[i]),
                 rgb=_three(light[i]),
-                flux_left_w=flux_w * float(light[i].sum()),
+                flux_left_w=flux_w * float(power[i]),
                 incidence_deg=_degrees(angles_rad[i]) if on_surface else None,
                 detectors=crossed[i],
             )

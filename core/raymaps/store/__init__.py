@@ -2,13 +2,16 @@
 """Ray Maps on disk: portions are written while the tracer runs, and read column by column. Knows no optics."""
 
 from raymaps.names import Names
+from raymaps.store.lights import Lights, Stored
 from raymaps.store.portion import LedgerEntry, Portion, PortionSummary
-from raymaps.store.raymap import Manifest, MapWriter, RayMap
+from raymaps.store.raymap import MAP_VERSION, Manifest, MapWriter, RayMap
 from raymaps.store.signatures import NONE, SignatureTable
 
 __all__ = [
+    "MAP_VERSION",
     "NONE",
     "LedgerEntry",
+    "Lights",
     "Manifest",
     "MapWriter",
     "Names",
@@ -16,4 +19,5 @@ __all__ = [
     "PortionSummary",
     "RayMap",
     "SignatureTable",
+    "Stored",
 ]

@@ -32,11 +32,17 @@ class Column:
     meaning: str
 
 
+#: Most bands of wavelengths that spectra can be stored in.
+MOST_BANDS = 2000
+
 #: File name (without ``.parquet``) to its columns.
 COLUMNS: dict[str, dict[str, Column]] = {
     "rays": {
         "ray": Column(np.int64, _DELTA, "ray number"),
         "signature": Column(np.uint32, _DICTIONARY, "signature, counted within the portion"),
+        "wavelength_nm": Column(
+            np.float32, _DICTIONARY, "wavelength that dispersion narrowed the ray to, 0 if none; only of spectral light"
+        ),
     },
     "signatures": {
         "signature": Column(np.uint32, _DELTA, "signature, counted within the portion"),
@@ -48,9 +54,19 @@ COLUMNS: dict[str, dict[str, Column]] = {
         "x_mm": Column(None, _SPLIT, "place of the event, on the map's grid"),
         "y_mm": Column(None, _SPLIT, "place of the event, on the map's grid"),
         "z_mm": Column(None, _SPLIT, "place of the event, on the map's grid"),
-        "r": Column(np.float32, _DICTIONARY, "red light after the event, relative to the ray's emission"),
-        "g": Column(np.float32, _DICTIONARY, "green light after the event, relative to the ray's emission"),
-        "b": Column(np.float32, _DICTIONARY, "blue light after the event, relative to the ray's emission"),
+        "light": Column(np.uint32, _DICTIONARY, "light after the event: its row in the lights of the portion"),
+    },
+    "lights": {
+        "light": Column(np.uint32, _DELTA, "row, counted within the portion"),
+        "power": Column(np.float32, _SPLIT, "light, all bands together, relative to the ray's emission; not in RGB"),
+        "lumen_per_w": Column(np.float32, _SPLIT, "luminous flux in lm per W of the emission; not in RGB"),
+        "r": Column(np.float32, _SPLIT, "red: of RGB light a share of the emission, else linear sRGB"),
+        "g": Column(np.float32, _SPLIT, "green"),
+        "b": Column(np.float32, _SPLIT, "blue"),
+        **{
+            f"band_{band}": Column(np.float32, _SPLIT, f"light in band {band}, relative to the ray's emission")
+            for band in range(MOST_BANDS)
+        },
     },
     "crossings": {
         "ray": Column(np.int64, _DELTA, "ray number"),
@@ -64,8 +80,8 @@ COLUMNS: dict[str, dict[str, Column]] = {
 
 
 def pack_columns(table: str, columns: dict[str, NDArray[Any]]) -> bytes:
-    """One file of a portion, as it stands on disk."""
-    declared = COLUMNS[table]
+    """One file of a portion, as it stands on disk; columns may be left out, their order may not change."""
+    declared = {name: column for name, column in COLUMNS[table].items() if name in columns}
     assert list(columns) == list(declared)
     arrays = []
     for name, column in declared.items():
@@ -85,18 +101,18 @@ def pack_columns(table: str, columns: dict[str, NDArray[Any]]) -> bytes:
     return file.getvalue().to_pybytes()
 
 
-def read_columns(path: Path, table: str, names: tuple[str, ...] | None = None) -> dict[str, NDArray[Any]]:
-    """Read columns of one file of a portion, checksums verified; the arrays are read-only.
+def read_columns(path: Path, names: tuple[str, ...] | None = None) -> dict[str, NDArray[Any]]:
+    """Read columns of one file of a portion, by default all, checksums verified; the arrays are read-only.
 
     Raises
     ------
     MapError
         If the file is missing, cut short or damaged.
     """
-    wanted = tuple(COLUMNS[table]) if names is None else names
+    wanted = None if names is None else list(names)
     try:
-        read = pq.read_table(path, columns=list(wanted), page_checksum_verification=True, use_threads=False)
-        arrays = {name: read.column(name).to_numpy() for name in wanted}
+        read = pq.read_table(path, columns=wanted, page_checksum_verification=True, use_threads=False)
+        arrays = {name: read.column(name).to_numpy() for name in wanted or read.column_names}
     except FileNotFoundError:
         raise MapError(f"Ray Map file '{path}' is missing; {REMEDY}.") from None
     except (pa.ArrowException, OSError, KeyError, ValueError) as error:

@@ -11,7 +11,7 @@ import numpy as np
 
 from raymaps.jit import kernel
 
-__all__ = ["hash_rays", "number_signatures", "sum_light"]
+__all__ = ["hash_rays", "number_rows", "number_signatures", "sum_light"]
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _MIX_1, _MIX_2 = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
@@ -105,8 +105,61 @@ def number_signatures(source, n_sources, event_offsets, event_code, crossing_row
 
 
 @kernel
-def hash_rays(first_ray, source, event_offsets, event_code, triangle, position_bits, light_bits, crossing_row,
-              crossing_code, crossing_bits):  # fmt: skip
+def number_rows(bits):
+    """Number the distinct rows of a table in the order in which they first appear.
+
+    Parameters
+    ----------
+    bits : (n_rows, n_columns) uint32
+
+    Returns
+    -------
+    index : (n_rows,) uint32, which distinct row each row is
+    first : (n_distinct,) int64, where each distinct row first stands
+    """
+    n_rows, n_columns = bits.shape
+    n_slots = 1024
+    slots = np.full(n_slots, -1, np.int64)  # distinct row in each slot of the hash table
+    index = np.empty(n_rows, np.uint32)
+    first = np.empty(n_rows, np.int64)
+    hashes = np.empty(n_rows, np.uint64)
+    count = 0
+    for row in range(n_rows):
+        h = np.uint64(0)
+        for column in range(n_columns):
+            h = (h ^ np.uint64(bits[row, column])) * _MIX_1
+            h ^= h >> np.uint64(29)
+        slot = np.int64(h & np.uint64(n_slots - 1))
+        while slots[slot] >= 0:
+            other = slots[slot]
+            same = hashes[other] == h
+            if same:
+                for column in range(n_columns):
+                    same = same and bits[first[other], column] == bits[row, column]
+            if same:
+                break
+            slot = (slot + 1) & (n_slots - 1)
+        if slots[slot] < 0:
+            slots[slot] = count
+            first[count], hashes[count] = row, h
+            count += 1
+            if 2 * count > n_slots:  # grow
+                n_slots *= 4
+                slots = np.full(n_slots, -1, np.int64)
+                for distinct in range(count):
+                    place = np.int64(hashes[distinct] & np.uint64(n_slots - 1))
+                    while slots[place] >= 0:
+                        place = (place + 1) & (n_slots - 1)
+                    slots[place] = distinct
+            index[row] = count - 1
+        else:
+            index[row] = slots[slot]
+    return index, first[:count].copy()
+
+
+@kernel
+def hash_rays(first_ray, source, event_offsets, event_code, triangle, position_bits, light_of_event, light_bits,
+              wavelength_bits, crossing_row, crossing_code, crossing_bits):  # fmt: skip
     """Sum over the rays of a 64-bit hash of each ray's whole history, twice: a 128-bit hash of a set of rays.
 
     The sum does not depend on the order of the rays or on how they are split into portions.
@@ -117,24 +170,33 @@ def hash_rays(first_ray, source, event_offsets, event_code, triangle, position_b
     source, event_offsets, event_code, crossing_row, crossing_code : see `number_signatures`
     triangle : (n_events,) int32
     position_bits : (n_events, 3) unsigned view of the positions
-    light_bits : (n_events, 3) uint32 view of the light
+    light_of_event : (n_events,) uint32, row of the light after each event
+    light_bits : (n_lights, n_values) uint32 view of the distinct lights
+    wavelength_bits : (n_rays,) uint32 view of the wavelengths, 0 of a ray that has none
     crossing_bits : (n_crossings, 3) uint32 view of x, y and angle
 
     Returns
     -------
     two uint64
     """
+    n_values = light_bits.shape[1]
     low, high = np.uint64(0), np.uint64(0)
     crossing = 0
     for ray in range(len(source)):
         h = _mix(np.uint64(first_ray + ray) + np.uint64(source[ray]) * _GOLDEN)
+        if wavelength_bits[ray] != 0:
+            h = _mix(h ^ np.uint64(wavelength_bits[ray]))
         for row in range(event_offsets[ray], event_offsets[ray + 1]):
             h = _mix(h ^ np.uint64(event_code[row]))
             h = _mix(h + np.uint64(triangle[row] + 1) * _GOLDEN)
             for axis in range(3):
                 h = _mix(h ^ (np.uint64(position_bits[row, axis]) + _GOLDEN))
-            h = _mix(h ^ (np.uint64(light_bits[row, 0]) | (np.uint64(light_bits[row, 1]) << np.uint64(32))))
-            h = _mix(h ^ np.uint64(light_bits[row, 2]))
+            light = light_bits[light_of_event[row]]
+            for value in range(0, n_values, 2):
+                word = np.uint64(light[value])
+                if value + 1 < n_values:
+                    word |= np.uint64(light[value + 1]) << np.uint64(32)
+                h = _mix(h ^ word)
             while crossing < len(crossing_row) and crossing_row[crossing] == row:
                 h = _mix(h ^ np.uint64(crossing_code[crossing]))
                 for value in range(3):
@@ -146,13 +208,14 @@ def hash_rays(first_ray, source, event_offsets, event_code, triangle, position_b
 
 
 @kernel
-def sum_light(source, event_offsets, light, account, sums):
+def sum_light(source, event_offsets, light_of_event, light_power, account, sums):
     """Add the light that each event took, or that ended there, to the event's account.
 
     Parameters
     ----------
     source, event_offsets : see `number_signatures`
-    light : (n_events, 3 bands) float32, after each event
+    light_of_event : (n_events,) uint32, row of the light after each event
+    light_power : (n_lights,) float64
     account : (n_events,) int32
         Account that the light lost at an event goes to; ``-1 - a`` if all light that arrives goes to account a.
     sums : (n_sources, n_accounts) float64, added to
@@ -160,7 +223,7 @@ def sum_light(source, event_offsets, light, account, sums):
     for ray in range(len(source)):
         before = 0.0
         for row in range(event_offsets[ray], event_offsets[ray + 1]):
-            after = np.float64(light[row, 0]) + np.float64(light[row, 1]) + np.float64(light[row, 2])
+            after = light_power[light_of_event[row]]
             if account[row] < 0:
                 sums[source[ray], -1 - account[row]] += before
             elif row > event_offsets[ray]:

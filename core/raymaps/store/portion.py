@@ -15,10 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from raymaps.bands import Bands
 from raymaps.errors import MapError
 from raymaps.kinds import KILL_REASONS, EventKind
 from raymaps.names import Names
 from raymaps.store.columns import COLUMNS, REMEDY, pack_columns, read_columns
+from raymaps.store.lights import Lights, Stored, distinct_lights
 from raymaps.store.sealed import seal, unseal
 from raymaps.store.signatures import NONE, SignatureTable
 from raymaps.traced import FaceIndex, TracedPortion
@@ -56,6 +58,7 @@ class PortionSummary:
     ledger: tuple[LedgerEntry, ...]
     file_bytes: dict[str, int]
     file_sha256: dict[str, str]
+    seconds: dict[str, float]
 
     def to_json(self) -> str:
         """As text."""
@@ -80,6 +83,7 @@ class PortionSummary:
             ),
             file_bytes={str(name): int(size) for name, size in data["file_bytes"].items()},
             file_sha256={str(name): str(digest) for name, digest in data["file_sha256"].items()},
+            seconds={str(stage): float(seconds) for stage, seconds in data.get("seconds", {}).items()},
         )
 
 
@@ -115,7 +119,9 @@ def _signature_table(
     )
 
 
-def write_portion(folder: Path, history: TracedPortion, n_sources: int, faces: FaceIndex) -> PortionSummary:
+def write_portion(
+    folder: Path, history: TracedPortion, n_sources: int, faces: FaceIndex, bands: Bands, stored: Stored
+) -> PortionSummary:
     """Write a portion beside its place and move it there by one rename.
 
     Parameters
@@ -125,6 +131,10 @@ def write_portion(folder: Path, history: TracedPortion, n_sources: int, faces: F
     history : TracedPortion
     n_sources : int
     faces : FaceIndex
+    bands : Bands
+        Of the history's light.
+    stored : "rgb" or "spectral"
+        How light of a spectral simulation is stored.
 
     Raises
     ------
@@ -147,9 +157,12 @@ def write_portion(folder: Path, history: TracedPortion, n_sources: int, faces: F
     ray = history.first_ray + np.arange(n_rays)
     ray_of_event = np.repeat(ray, np.diff(history.event_offsets))
     ray_of_crossing = ray_of_event[history.crossing_row]
-    position, light = history.position_mm, history.light
+    position = history.position_mm
+    distinct, light = distinct_lights(history.light, bands)
+    lights = distinct.as_stored(stored)
+    wavelength_nm = {"wavelength_nm": history.wavelength_nm} if bands.is_spectral else {}
     files: dict[str, dict[str, NDArray[Any]]] = {
-        "rays": {"ray": ray, "signature": signature},
+        "rays": {"ray": ray, "signature": signature, **wavelength_nm},
         "signatures": {
             "signature": np.repeat(np.arange(len(table)), np.diff(offsets)),
             **{name: getattr(table, name) for name in COLUMNS["signatures"] if name != "signature"},
@@ -157,8 +170,9 @@ def write_portion(folder: Path, history: TracedPortion, n_sources: int, faces: F
         "events": {
             "ray": ray_of_event, "triangle": history.triangle,
             "x_mm": position[:, 0], "y_mm": position[:, 1], "z_mm": position[:, 2],
-            "r": light[:, 0], "g": light[:, 1], "b": light[:, 2],
+            "light": light,
         },
+        "lights": lights.to_columns(),
         "crossings": {
             "ray": ray_of_crossing,
             "event": history.crossing_row - history.event_offsets[ray_of_crossing - history.first_ray],
@@ -169,7 +183,7 @@ def write_portion(folder: Path, history: TracedPortion, n_sources: int, faces: F
     }  # fmt: skip
     content = hash_rays(
         history.first_ray, history.source, history.event_offsets, event_code, history.triangle, _bits(position),
-        _bits(light), history.crossing_row, crossing_code,
+        light, _bits(lights.values), _bits(history.wavelength_nm), history.crossing_row, crossing_code,
         _bits(np.column_stack([history.crossing_xy_mm, history.crossing_angle_rad])),
     )  # fmt: skip
     name = _folder_name(history.first_ray)
@@ -183,9 +197,10 @@ def write_portion(folder: Path, history: TracedPortion, n_sources: int, faces: F
             history.first_ray, n_rays, len(face), len(crossing_code), len(table),
             tuple(int(n) for n in np.bincount(history.source, minlength=n_sources)),
             (int(content[0]), int(content[1])),
-            _ledger(history, n_sources, face, faces.face_body),
+            _ledger(history, light, distinct.power, n_sources, face, faces.face_body),
             {file: len(data) for file, data in packed.items()},
             {file: hashlib.sha256(data).hexdigest() for file, data in packed.items()},
+            {stage: round(seconds, 6) for stage, seconds in history.seconds.items()},
         )  # fmt: skip
         (making / SUMMARY_FILE).write_text(summary.to_json(), encoding="utf-8")
         making.rename(folder / name)
@@ -204,7 +219,12 @@ def _bits(values: NDArray[np.floating]) -> NDArray[Any]:
 
 
 def _ledger(
-    history: TracedPortion, n_sources: int, face: NDArray[np.int32], face_body: NDArray[np.int32]
+    history: TracedPortion,
+    light: NDArray[np.uint32],
+    light_power: NDArray[np.float64],
+    n_sources: int,
+    face: NDArray[np.int32],
+    face_body: NDArray[np.int32],
 ) -> tuple[LedgerEntry, ...]:
     """Where each source's light went, summed over the portion's rays."""
     from raymaps.store.numbering import sum_light
@@ -230,12 +250,14 @@ def _ledger(
     on_body = by_body[history.kind] & (face >= 0)
     account[on_body] = face_body[face[on_body]]
     # an interface takes no light: what is lost on the way to it is the medium's (rounding of its recolouring)
-    lossless = np.flatnonzero(np.isin(history.kind, (EventKind.FRESNEL_REFLECTION, EventKind.FRESNEL_REFRACTION)))
+    lossless = np.flatnonzero(
+        np.isin(history.kind, (EventKind.FRESNEL_REFLECTION, EventKind.FRESNEL_REFRACTION, EventKind.MEDIUM_SCATTERING))
+    )
     account[lossless] = n_bodies + history.medium[lossless - 1]
     in_medium = by_medium[history.kind]
     account[in_medium] = n_bodies + history.medium[in_medium]
     sums = np.zeros((n_sources, len(accounts)))
-    sum_light(history.source, history.event_offsets, history.light, account, sums)
+    sum_light(history.source, history.event_offsets, light, light_power, account, sums)
     return tuple(
         LedgerEntry(int(source), accounts[index][0], accounts[index][1], float(sums[source, index]))
         for source, index in zip(*np.nonzero(sums), strict=True)
@@ -249,12 +271,14 @@ class Portion:
     ----------
     folder : Path
     names : Names
+    bands : Bands
     summary : PortionSummary
     """
 
-    def __init__(self, folder: Path, names: Names, summary: PortionSummary):
+    def __init__(self, folder: Path, names: Names, bands: Bands, summary: PortionSummary):
         self.folder = folder
         self.names = names
+        self.bands = bands
         self.summary = summary
         self.first_ray = summary.first_ray
         self.n_rays = summary.n_rays
@@ -262,7 +286,7 @@ class Portion:
         self.n_crossings = summary.n_crossings
 
     @classmethod
-    def open(cls, folder: Path, names: Names) -> Portion:
+    def open(cls, folder: Path, names: Names, bands: Bands) -> Portion:
         """Read a portion's summary and see that its files have their sizes; raises `MapError`."""
         try:
             summary = PortionSummary.from_json((folder / SUMMARY_FILE).read_text(encoding="utf-8"))
@@ -277,10 +301,10 @@ class Portion:
                 raise MapError(f"Ray Map file '{folder / name}' is missing; {REMEDY}.") from None
             if found != size:
                 raise MapError(f"Ray Map file '{folder / name}' has {found} bytes in place of {size}; {REMEDY}.")
-        return cls(folder, names, summary)
+        return cls(folder, names, bands, summary)
 
     def _read(self, table: str, *names: str) -> dict[str, NDArray[Any]]:
-        return read_columns(self.folder / f"{table}.parquet", table, names or None)
+        return read_columns(self.folder / f"{table}.parquet", names or None)
 
     @cached_property
     def signatures(self) -> SignatureTable:
@@ -320,9 +344,52 @@ class Portion:
         return _read_only(np.stack(list(columns.values()), axis=1))
 
     @cached_property
+    def lights(self) -> Lights:
+        """The distinct lights of this portion."""
+        if "lights.parquet" not in self.summary.file_bytes:  # version 1: a light for each event
+            return Lights.from_columns(self._read("events", "r", "g", "b"), self.bands)
+        try:
+            return Lights.from_columns(self._read("lights"), self.bands)
+        except ValueError as error:
+            raise MapError(f"Ray Map file '{self.folder / 'lights.parquet'}' is damaged ({error}); {REMEDY}.") from error
+
+    @cached_property
+    def event_light(self) -> NDArray[np.uint32]:
+        """Row in `lights` of the light after each event, (n_events,)."""
+        if "lights.parquet" not in self.summary.file_bytes:
+            return _read_only(np.arange(self.n_events, dtype=np.uint32))
+        return self._read("events", "light")["light"]
+
+    @cached_property
+    def power(self) -> NDArray[np.float64]:
+        """Light after each event, all bands together, relative to the ray's emission, (n_events,)."""
+        return _read_only(self.lights.power[self.event_light])
+
+    @cached_property
     def light(self) -> NDArray[np.float32]:
-        """Light after each event relative to the ray's emission, (n_events, 3 bands)."""
-        return _read_only(np.stack(list(self._read("events", "r", "g", "b").values()), axis=1))
+        """Light by band after each event relative to the ray's emission, (n_events, n_bands).
+
+        Raises
+        ------
+        MapError
+            If colours were stored in place of spectra.
+        """
+        spectra = self.lights.spectra
+        if spectra is None:
+            raise MapError(f"Ray Map portion '{self.folder}' holds colours, not spectra: trace with --store spectral.")
+        return _read_only(spectra[self.event_light])
+
+    @cached_property
+    def shown_light(self) -> NDArray[np.float32]:
+        """Light after each event as it is drawn, (n_events, 3); see `Lights.shown`."""
+        return _read_only(self.lights.shown[self.event_light])
+
+    @cached_property
+    def ray_wavelength_nm(self) -> NDArray[np.float32]:
+        """Wavelength that dispersion narrowed each ray to, (n_rays,); 0 if none."""
+        if not self.bands.is_spectral:
+            return _read_only(np.zeros(self.n_rays, np.float32))
+        return self._read("rays", "wavelength_nm")["wavelength_nm"]
 
     @cached_property
     def _crossings(self) -> dict[str, NDArray[Any]]:
@@ -388,7 +455,8 @@ class Portion:
         low, high = hash_rays(
             self.first_ray, table.ray_source[self.ray_signature], self.event_offsets,
             _step_code(table.kind[step], table.face[step], table.medium[step], zero), self.triangle,
-            _bits(self.position_mm), _bits(self.light), self.crossing_row,
+            _bits(self.position_mm), self.event_light, _bits(self.lights.values), _bits(self.ray_wavelength_nm),
+            self.crossing_row,
             _step_code(np.full(self.n_crossings, EventKind.CROSSING), self.crossing_detector,
                        np.full(self.n_crossings, NONE), self.crossing_registered),
             _bits(np.column_stack([self.crossing_xy_mm, self.crossing_angle_rad])),

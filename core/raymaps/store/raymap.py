@@ -16,10 +16,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from raymaps.bands import RGB_BANDS, Bands
 from raymaps.errors import MapError, OutputError
 from raymaps.geometry import BodyMesh, load_bodies, write_ply
 from raymaps.names import Names
 from raymaps.scene import FaceGroup, Geometry, Scene, load_scene
+from raymaps.store.lights import Stored
 from raymaps.store.portion import Portion, PortionSummary, write_portion
 from raymaps.store.sealed import seal, unseal
 from raymaps.traced import FaceIndex, TracedPortion
@@ -27,7 +29,7 @@ from raymaps.traced import FaceIndex, TracedPortion
 __all__ = ["MAP_FORMAT", "MAP_VERSION", "Manifest", "MapWriter", "RayMap"]
 
 MAP_FORMAT = "raymaps-map"
-MAP_VERSION = 1
+MAP_VERSION = 2
 MANIFEST_FILE, SCENE_FILE, PORTIONS_FOLDER = "manifest.json", "scene.json", "portions"
 #: Held by the run that writes to the map; never replaced, so that two runs can't hold two of it.
 LOCK_FILE = ".lock"
@@ -50,6 +52,10 @@ class Manifest:
         Positions of events are multiples of it.
     program : str
         Version of Ray Maps that made the map.
+    bands : Bands
+        Bands of its light.
+    version : int
+        Version of the format.
     """
 
     seed: int
@@ -59,11 +65,13 @@ class Manifest:
     portion_rays: int
     grid_mm: float
     program: str
+    bands: Bands = RGB_BANDS
+    version: int = MAP_VERSION
 
     def to_json(self) -> str:
         """As text."""
-        data = {**self.__dict__, "names": self.names.to_dict()}
-        return seal({"format": MAP_FORMAT, "version": MAP_VERSION, **data})
+        data = {**self.__dict__, "names": self.names.to_dict(), "bands": self.bands.to_dict()}
+        return seal({"format": MAP_FORMAT, **data})
 
     @classmethod
     def read(cls, folder: Path) -> Manifest:
@@ -87,7 +95,7 @@ class Manifest:
             )
         try:
             data = unseal(data)
-            if data["format"] != MAP_FORMAT or version != MAP_VERSION:
+            if data["format"] != MAP_FORMAT or version not in range(1, MAP_VERSION + 1):
                 raise ValueError("another format")
             return cls(
                 seed=int(data["seed"]),
@@ -97,6 +105,8 @@ class Manifest:
                 portion_rays=int(data["portion_rays"]),
                 grid_mm=float(data["grid_mm"]),
                 program=str(data["program"]),
+                bands=RGB_BANDS if version == 1 else Bands.from_dict(data["bands"]),
+                version=version,
             )
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             raise damaged from error
@@ -116,6 +126,7 @@ class RayMap:
     path : Path
     manifest : Manifest
     names : Names
+    bands : Bands
     portions : tuple of Portion, by their first rays
     """
 
@@ -123,6 +134,7 @@ class RayMap:
         self.path = path
         self.manifest = manifest
         self.names = manifest.names
+        self.bands = manifest.bands
         self.portions = tuple(portions)
 
     @classmethod
@@ -130,7 +142,7 @@ class RayMap:
         """Open a map; raises `MapError` if it is missing, damaged, or newer than this program."""
         path = Path(path)
         manifest = Manifest.read(path)
-        return cls(path, manifest, [Portion.open(folder, manifest.names) for folder in _portion_folders(path)])
+        return cls(path, manifest, [Portion.open(folder, manifest.names, manifest.bands) for folder in _portion_folders(path)])
 
     @cached_property
     def scene(self) -> Scene:
@@ -219,7 +231,7 @@ class MapWriter:
 
     def __init__(self, path: Path, faces: FaceIndex):
         self.path = path
-        self._n_sources = len(Manifest.read(path).names.sources)
+        self._manifest = Manifest.read(path)
         self._faces = faces
 
     @staticmethod
@@ -268,8 +280,8 @@ class MapWriter:
                 left.unlink(missing_ok=True)
             yield
 
-    def write(self, history: TracedPortion) -> PortionSummary:
-        """Commit a portion: compressed here, visible by one rename.
+    def write(self, history: TracedPortion, stored: Stored = "rgb") -> PortionSummary:
+        """Commit a portion: compressed here, visible by one rename; light of a spectral simulation as asked for.
 
         Raises
         ------
@@ -277,7 +289,10 @@ class MapWriter:
             If it can't be written, for instance because the disk is full; what was committed before stays valid.
         """
         try:
-            return write_portion(self.path / PORTIONS_FOLDER, history, self._n_sources, self._faces)
+            manifest = self._manifest
+            return write_portion(
+                self.path / PORTIONS_FOLDER, history, len(manifest.names.sources), self._faces, manifest.bands, stored
+            )
         except OSError as error:
             raise OutputError(
                 f"Ray Map '{self.path}': the rays from {history.first_ray} on can't be written "

@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Dispersion: a refractive index that depends on wavelength.
+
+A ray carries its whole spectrum until it first meets a surface that refracts between media of which one disperses. There one wavelength
+is drawn by the spectrum that the ray then has, and the ray goes on with all its light at that wavelength. Each band's expectation stays
+what it was, so nothing is biased.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raymaps.effects.lowering import Lowering
+from raymaps.effects.usage import used_media
+from raymaps.errors import SceneError
+from raymaps.kinds import SurfaceKind
+from raymaps.scene import Scene
+
+__all__ = ["Data", "interpolated_index", "lower", "needed_by"]
+
+#: Surfaces at which the refractive index decides what happens.
+_REFRACTING = (
+    SurfaceKind.FRESNEL, SurfaceKind.ROUGH, SurfaceKind.THIN_FILM, SurfaceKind.COEFFICIENTS, SurfaceKind.GAUSSIAN,
+    SurfaceKind.ABG, SurfaceKind.BSDF,
+)  # fmt: skip
+
+
+class Data(NamedTuple):
+    """What the kernel reads."""
+
+    refracts: NDArray[np.bool_]  # (256,) by SurfaceKind
+    row: NDArray[np.int16]  # (n_media,) row of a dispersive medium's index, -1 for the others
+    first_nm: float
+    step_nm: float
+    index: NDArray[np.float64]  # (n_dispersive media, n_wavelengths)
+    quantile_nm: NDArray[np.float64]  # (n_sources, n_bands, n_quantiles) wavelengths of a source's light in a band
+
+
+def needed_by(scene: Scene) -> tuple[str, ...]:
+    """A scene calls for dispersion if the index of a medium that light can travel in depends on wavelength."""
+    return tuple(
+        f"medium '{name}' of {where}"
+        for name, where in used_media(scene).items()
+        if scene.media[name].is_dispersive and not scene.media[name].is_conductor
+    )
+
+
+def lower(lowering: Lowering) -> Data:
+    """Index of each dispersive medium on an even grid of wavelengths, wide enough for four points around each."""
+    bands = lowering.bands
+    low, high = float(bands.low_nm.min()), float(bands.high_nm.max())
+    n_steps = max(1, int(np.ceil(high - low)))
+    step_nm = (high - low) / n_steps if high > low else 1.0
+    grid = low + step_nm * np.arange(-1, n_steps + 2)
+    row, index = [], []
+    for name, medium in zip(lowering.names.media, lowering.media, strict=True):
+        if not medium.is_dispersive or medium.is_conductor:
+            row.append(-1)
+            continue
+        first, last = medium.refractive_index.range_nm
+        if low < first - 1e-9 or high > last + 1e-9:
+            raise SceneError(
+                f"Medium '{name}': its refractive index is known from {first:g} to {last:g} nm, but light from {low:g} to "
+                f"{high:g} nm is simulated: narrow settings.spectrum, give the medium data that reach further, or "
+                'switch the effect off by settings.without ["dispersion"].'
+            )
+        row.append(len(index))
+        index.append(medium.index_at(grid))
+    refracts = np.zeros(256, bool)
+    refracts[list(_REFRACTING)] = True
+    quantile_nm = np.stack([bands.quantiles(source) for source in lowering.scene.sources.values()])
+    return Data(refracts, np.array(row, np.int16), float(grid[0]), step_nm, np.array(index), quantile_nm)
+
+
+def interpolated_index(data: Data, row: int, wavelength_nm: float) -> float:
+    """Refractive index between the grid's points: the cubic through the four points around (Lagrange).
+
+    With steps of 1 nm it is right to 1e-11 for the formulas of glasses.
+
+    References
+    ----------
+    M. Abramowitz, I. Stegun: Handbook of Mathematical Functions, eq. 25.2.13.
+    """
+    place = (wavelength_nm - data.first_nm) / data.step_nm
+    first = min(max(int(place) - 1, 0), data.index.shape[1] - 4)
+    p = place - first - 1
+    weights = (-p * (p - 1) * (p - 2) / 6, (p * p - 1) * (p - 2) / 2, -p * (p + 1) * (p - 2) / 2, p * (p * p - 1) / 6)
+    return float(np.dot(weights, data.index[row, first : first + 4]))

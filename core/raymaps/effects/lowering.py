@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""What an effect may look at to make the arrays that its kernel reads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raymaps.bands import Bands
+from raymaps.frame import Frame
+from raymaps.materials import Medium
+from raymaps.names import Names
+from raymaps.scene import Scene
+
+__all__ = ["Lowering"]
+
+
+@dataclass(frozen=True)
+class Lowering:
+    """A scene on its way to arrays.
+
+    Attributes
+    ----------
+    scene : Scene
+        Without the effects that are switched off.
+    names : Names
+        What indices count in the order of.
+    bands : Bands
+    media : tuple of Medium, in the order of ``names.media``
+    frame : Frame
+    """
+
+    scene: Scene
+    names: Names
+    bands: Bands
+    media: tuple[Medium, ...]
+    frame: Frame
+
+    @cached_property
+    def medium_index(self) -> NDArray[np.float64]:
+        """Refractive index of each medium in each band, (n_media, n_bands)."""
+        return np.array([medium.index_at(self.bands.index_nm) for medium in self.media])
+
+    def by_surface(self, kind: str, field: str) -> NDArray[np.float64]:
+        """A spectral value of the surface properties of one kind by band, (n_surfaces, n_bands); 0 for the others."""
+        values = np.zeros((len(self.names.surfaces), self.bands.n))
+        for index, (name, prop) in enumerate(self.scene.surfaces.items()):
+            if prop.kind == kind:
+                values[index] = self.bands.average(getattr(prop, field), f"Surface '{name}', {field}")
+        return values

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Spectral light: rays carry a spectrum in place of red, green and blue.
+
+It has no kernel of its own: every kernel works on as many bands as light has.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from raymaps.effects import dispersion
+from raymaps.effects.usage import used_media, used_surfaces
+from raymaps.materials import Mixture, is_spectral
+from raymaps.materials.bsdf import BsdfTable
+from raymaps.scene import Scene
+
+__all__ = ["needed_by"]
+
+
+def _depends_on_wavelength(value: Any) -> bool:
+    if isinstance(value, BsdfTable):
+        return any(lobe.wavelength_nm is not None for lobe in value.lobes)
+    return is_spectral(value)
+
+
+def needed_by(scene: Scene) -> tuple[str, ...]:
+    """A scene calls for spectra if a source has one, or if something that light can meet depends on wavelength."""
+    reasons = [f"spectrum of source '{name}'" for name, source in scene.sources.items() if source.spectrum is not None]
+    for surface, places in used_surfaces(scene).items():
+        prop = scene.surfaces[surface]
+        parts = [scene.surfaces[part.surface] for part in prop.parts] if isinstance(prop, Mixture) else [prop]
+        if any(_depends_on_wavelength(getattr(part, field)) for part in parts for field in type(part).model_fields):
+            reasons.append(f"surface '{surface}' of {places[0]} depends on wavelength")
+    for name, where in used_media(scene).items():
+        medium = scene.media[name]
+        tables = (medium.absorption_per_mm, medium.extinction, *(s.coefficient_per_mm for s in medium.scattering))
+        if any(is_spectral(table) for table in tables):
+            reasons.append(f"medium '{name}' of {where} depends on wavelength")
+    return (*reasons, *(f"dispersion: {reason}" for reason in dispersion.needed_by(scene)))

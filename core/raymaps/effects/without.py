@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""What a scene becomes when an effect is switched off."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from raymaps.materials import (
+    D_LINE_NM,
+    Absorber,
+    Coefficients,
+    FresnelInterface,
+    Medium,
+    MixturePart,
+    SurfaceProperty,
+)
+from raymaps.scene import Scene
+
+__all__ = [
+    "all_absorbed",
+    "dominant_part",
+    "nothing_absorbed_inside",
+    "nothing_scattered_inside",
+    "one_index",
+    "smooth",
+    "specular_only",
+]
+
+Change = Callable[[Scene], Scene]
+
+
+def _with_surfaces(scene: Scene, kind: str, change: Callable[[Any], SurfaceProperty]) -> Scene:
+    surfaces = {name: change(prop) if prop.kind == kind else prop for name, prop in scene.surfaces.items()}
+    return scene.model_copy(update={"surfaces": surfaces})
+
+
+def _with_media(scene: Scene, change: Callable[[Medium], dict[str, Any]]) -> Scene:
+    media = {name: medium.model_copy(update=change(medium)) for name, medium in scene.media.items()}
+    return scene.model_copy(update={"media": media})
+
+
+def all_absorbed(kind: str) -> Change:
+    """Surfaces of a kind absorb all light."""
+    return lambda scene: _with_surfaces(scene, kind, lambda _: Absorber())
+
+
+def smooth(kind: str) -> Change:
+    """Surfaces of a kind are smooth interfaces."""
+    return lambda scene: _with_surfaces(scene, kind, lambda _: FresnelInterface())
+
+
+def specular_only(kind: str) -> Change:
+    """Surfaces of a kind reflect and transmit all of it specularly."""
+    return lambda scene: _with_surfaces(
+        scene,
+        kind,
+        lambda prop: Coefficients(
+            specular_reflectance=prop.reflectance, specular_transmittance=prop.transmittance
+        ),
+    )
+
+
+def dominant_part(scene: Scene) -> Scene:
+    """Mixtures consist of their largest part alone."""
+
+    def change(mixture: Any) -> SurfaceProperty:
+        largest = max(mixture.parts, key=lambda part: part.weight)
+        return mixture.model_copy(update={"parts": (MixturePart(weight=1.0, surface=largest.surface),)})
+
+    return _with_surfaces(scene, "mixture", change)
+
+
+def nothing_absorbed_inside(scene: Scene) -> Scene:
+    """Media do not absorb."""
+    return _with_media(scene, lambda medium: {"absorption_per_mm": (0.0, 0.0, 0.0)})
+
+
+def nothing_scattered_inside(scene: Scene) -> Scene:
+    """Media do not scatter."""
+    return _with_media(scene, lambda medium: {"scattering": ()})
+
+
+def one_index(scene: Scene) -> Scene:
+    """Media have their index at the d line at all wavelengths."""
+    return _with_media(
+        scene,
+        lambda medium: {} if medium.is_conductor else {"refractive_index": float(medium.index_at(D_LINE_NM))},
+    )

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Dispersion: rays that meet a refracting surface of a dispersive medium are narrowed to one wavelength."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from raymaps.jit import kernel
+from raymaps.kernels.random import COLLAPSE, uniforms
+from raymaps.kernels.transport import PENDING
+
+
+@kernel
+def index_at(data, row, wavelength_nm):
+    """See `raymaps.effects.dispersion.interpolated_index`."""
+    place = (wavelength_nm - data.first_nm) / data.step_nm
+    first = min(max(int(place) - 1, 0), data.index.shape[1] - 4)
+    p = place - first - 1.0
+    values = data.index[row]
+    return (
+        -p * (p - 1.0) * (p - 2.0) / 6.0 * values[first]
+        + (p * p - 1.0) * (p - 2.0) / 2.0 * values[first + 1]
+        - p * (p + 1.0) * (p - 2.0) / 2.0 * values[first + 2]
+        + p * (p * p - 1.0) / 6.0 * values[first + 3]
+    )
+
+
+@kernel
+def run(active, wave, tables, data, key, depth):
+    """Draw the wavelength of rays that do not have one yet, and tell the indices before and beyond the surface."""
+    for k in range(len(active)):
+        i = active[k]
+        if wave.state[i] != PENDING or not data.refracts[tables.surface_kind[wave.surface[i]]]:
+            continue
+        near, far = data.row[wave.medium[i]], data.row[wave.beyond[i]]
+        if near < 0 and far < 0:
+            continue
+        if wave.wavelength_nm[i] == 0.0:
+            light = wave.light[i]
+            total = 0.0
+            for band in range(len(light)):
+                total += np.float64(light[band])
+            u, v, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), depth, COLLAPSE)
+            u *= total
+            drawn = 0
+            below = 0.0
+            for band in range(len(light)):
+                if light[band] > 0.0:
+                    drawn = band
+                    below += np.float64(light[band])
+                    if u < below:
+                        break
+            for band in range(len(light)):
+                light[band] = 0.0
+            light[drawn] = total
+            quantiles = data.quantile_nm[wave.source[i], drawn]
+            place = v * (len(quantiles) - 1)
+            step = min(int(place), len(quantiles) - 2)
+            wave.wavelength_nm[i] = quantiles[step] + (place - step) * (quantiles[step + 1] - quantiles[step])
+        if near >= 0:
+            wave.n_near[i] = index_at(data, near, wave.wavelength_nm[i])
+        if far >= 0:
+            wave.n_far[i] = index_at(data, far, wave.wavelength_nm[i])
