@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""From faces by Lambert's law."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from raymaps.jit import kernel
+from raymaps.kernels.directions import lambertian
+from raymaps.kernels.emission.triangles import start
+from raymaps.kernels.random import ON_SURFACE, uniforms
+
+__all__ = ["run"]
+
+
+@kernel
+def run(slots, wave, key, tables, triangles, cumulated_area, corners):
+    """Lambertian from triangles with constant exitance, outwards; see `raymaps.kernels.emission.triangles`."""
+    for k in range(len(slots)):
+        i = slots[k]
+        plane = tables.plane[start(i, wave, key, triangles, cumulated_area, corners)]
+        u, v, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), 0, ON_SURFACE)
+        dx, dy, dz = lambertian(plane[0], plane[1], plane[2], u, v)
+        wave.direction[i, 0], wave.direction[i, 1], wave.direction[i, 2] = dx, dy, dz
