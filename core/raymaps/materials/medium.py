@@ -3,14 +3,21 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationError, ValidationInfo, model_validator
 
+from raymaps.formats.medium_files import read_medium
 from raymaps.materials.catalogue import catalogue_medium
-from raymaps.materials.dispersion import FORMULAS, index_by_formula
+from raymaps.materials.dispersion import (
+    FORMULAS,
+    VISIBLE_NM,
+    fault_of_formula,
+    index_by_formula,
+    physical_range,
+)
 from raymaps.materials.spectrum import (
     LONGEST_NM,
     SHORTEST_NM,
@@ -18,7 +25,7 @@ from raymaps.materials.spectrum import (
     SpectrumTable,
     check_ascending,
 )
-from raymaps.materials.values import Angle, Name, NonNegative, Number, Record
+from raymaps.materials.values import Angle, Name, NonNegative, Number, Record, file_content
 
 __all__ = [
     "D_LINE_NM",
@@ -29,10 +36,13 @@ __all__ = [
     "HenyeyGreenstein",
     "IsotropicPhase",
     "Medium",
+    "MediumFile",
     "MediumOrCatalogue",
     "Scattering",
     "TabulatedPhase",
 ]
+
+Reference = TypeVar("Reference", bound=Record)
 
 #: Yellow helium line; the index of a medium where colours are not told apart.
 D_LINE_NM = 587.5618
@@ -43,8 +53,12 @@ class DispersionFormula(Record):
 
     formula: str = Field(description="One of " + ", ".join(FORMULAS) + ".")
     coefficients: tuple[Number, ...]
-    from_nm: Number = Field(SHORTEST_NM, ge=SHORTEST_NM, description="Shortest wavelength at which it holds.")
-    to_nm: Number = Field(LONGEST_NM, le=LONGEST_NM, description="Longest wavelength at which it holds.")
+    from_nm: Annotated[Number, Field(ge=SHORTEST_NM, le=LONGEST_NM)] | None = Field(
+        None, description="Shortest wavelength at which it holds; null: wherever it is physical."
+    )
+    to_nm: Annotated[Number, Field(ge=SHORTEST_NM, le=LONGEST_NM)] | None = Field(
+        None, description="Longest wavelength at which it holds; null: wherever it is physical."
+    )
 
     @model_validator(mode="after")
     def _is_known(self) -> DispersionFormula:
@@ -56,8 +70,12 @@ class DispersionFormula(Record):
                 f"the formula '{self.formula}' takes {counts} coefficients, got {len(self.coefficients)}: "
                 f"{FORMULAS[self.formula].equation}"
             )
-        if not self.from_nm < self.to_nm:
-            raise ValueError(f"from_nm must be below to_nm, got {self.from_nm:g} and {self.to_nm:g}")
+        low, high = self._checked_nm
+        if low > high or self.from_nm == high:
+            raise ValueError(f"from_nm must be below to_nm, got {low:g} and {high:g}")
+        fault = fault_of_formula(self.formula, self.coefficients, low, high)
+        if fault is not None:
+            raise ValueError(f"{fault}; check the coefficients (for wavelengths in µm), or narrow from_nm and to_nm")
         return self
 
     def at(self, wavelength_nm: ArrayLike) -> NDArray[np.float64]:
@@ -66,15 +84,25 @@ class DispersionFormula(Record):
 
     @property
     def range_nm(self) -> tuple[float, float]:
-        """Wavelengths at which the formula holds."""
-        return self.from_nm, self.to_nm
+        """Wavelengths at which the formula holds: as given, otherwise all around the visible where it is physical."""
+        if self.from_nm is not None and self.to_nm is not None:
+            return self.from_nm, self.to_nm
+        low, high = physical_range(self.formula, self.coefficients, self._checked_nm, (SHORTEST_NM, LONGEST_NM))
+        return (low if self.from_nm is None else self.from_nm), (high if self.to_nm is None else self.to_nm)
+
+    @property
+    def _checked_nm(self) -> tuple[float, float]:
+        """The range given; without a border that of the visible, or the other border if that is beyond."""
+        low = min(VISIBLE_NM[0], self.to_nm or VISIBLE_NM[0]) if self.from_nm is None else self.from_nm
+        high = max(VISIBLE_NM[1], self.from_nm or VISIBLE_NM[1]) if self.to_nm is None else self.to_nm
+        return low, high
 
 
 class DispersionTable(Record):
     """Refractive index over wavelength, interpolated linearly."""
 
     wavelength_nm: tuple[Number, ...] = Field(min_length=1, description="Wavelengths in nm, ascending.")
-    n: tuple[Annotated[Number, Field(gt=0, le=100)], ...] = Field(min_length=1)
+    n: tuple[Annotated[Number, Field(gt=0, le=1000)], ...] = Field(min_length=1)
     outside: Literal["refuse", "clamp"] = "refuse"
 
     @model_validator(mode="after")
@@ -165,6 +193,23 @@ class Medium(Record):
     )
     reference: str | None = Field(None, description="Where the figures come from.")
 
+    @model_validator(mode="after")
+    def _is_denser_than_vacuum(self) -> Medium:
+        """Refuse a formula by which a clear medium has an index below 1 in the visible: its units are wrong."""
+        formula = self.refractive_index
+        if isinstance(formula, DispersionFormula) and not self.is_conductor:
+            low, high = np.clip(VISIBLE_NM, *formula.range_nm)
+            wavelength_nm = np.linspace(low, high, 41)
+            index = formula.at(wavelength_nm)
+            least = int(np.argmin(index))
+            if low < high and index[least] < 1:
+                raise ValueError(
+                    f"the formula '{formula.formula}' gives the refractive index {index[least]:.6g} at "
+                    f"{wavelength_nm[least]:g} nm, below that of vacuum; coefficients must be for wavelengths in µm, "
+                    "and a metal needs its extinction"
+                )
+        return self
+
     def index_at(self, wavelength_nm: ArrayLike) -> NDArray[np.float64]:
         """Refractive index at wavelengths, any shape."""
         if isinstance(self.refractive_index, float | int):
@@ -192,13 +237,35 @@ class CatalogueMedium(Record):
     catalogue: Name
 
 
-def _of_catalogue(value: Any) -> Any:
-    """The medium that a name of the catalogue stands for; everything else as it is."""
-    if not (isinstance(value, dict) and "catalogue" in value):
-        return value
-    return catalogue_medium(CatalogueMedium.model_validate(value).catalogue)
+class MediumFile(Record):
+    """A medium in a file: refractiveindex.info's YAML, or a Zemax catalogue (AGF) with the name of a glass in it."""
+
+    file: str = Field(min_length=1, description="YAML or AGF file, relative to the scene file.")
+    glass: Name | None = Field(None, description="Glass of a catalogue of several.")
+
+
+def _written_out(value: Any, info: ValidationInfo) -> Any:
+    """The medium that a name of the catalogue or a file stands for; everything else as it is."""
+    if isinstance(value, dict) and "catalogue" in value:
+        return catalogue_medium(_reference(CatalogueMedium, value).catalogue)
+    if isinstance(value, dict) and "file" in value:
+        reference = _reference(MediumFile, value)
+        return file_content(reference.file, info, lambda path: read_medium(path, reference.glass, index_by_formula))
+    return value
+
+
+def _reference(kind: type[Reference], value: dict[str, Any]) -> Reference:
+    """A reference to what stands elsewhere; raises `ValueError` with one sentence."""
+    try:
+        return kind.model_validate(value)
+    except ValidationError as error:
+        fault = error.errors(include_url=False)[0]
+        if fault["type"] == "extra_forbidden":
+            fields = " and ".join(kind.model_fields)
+            raise ValueError(f"beside {fields} there can be no field '{fault['loc'][0]}'") from None
+        raise ValueError(f"{fault['loc'][0]}: {fault['msg'][:1].lower()}{fault['msg'][1:]}") from None
 
 
 MediumOrCatalogue = Annotated[
-    Medium, BeforeValidator(_of_catalogue, json_schema_input_type=Medium | CatalogueMedium)
+    Medium, BeforeValidator(_written_out, json_schema_input_type=Medium | CatalogueMedium | MediumFile)
 ]
