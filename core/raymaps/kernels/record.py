@@ -12,6 +12,7 @@ from raymaps.kinds import EventKind
 __all__ = ["advance", "keep", "scatter"]
 
 _NUMERICAL = int(EventKind.KILLED_NUMERICAL)
+_MEDIUM_SCATTERING = int(EventKind.MEDIUM_SCATTERING)
 
 
 @kernel
@@ -60,7 +61,8 @@ def advance(active, wave, is_end):
             continue
         for a in range(3):
             wave.position[i, a] = wave.end[i, a]
-        wave.triangle[i] = wave.hit[i]
+        if wave.state[i] != _MEDIUM_SCATTERING:  # which says itself what is close
+            wave.triangle[i] = wave.hit[i]
         active[going_on] = i
         going_on += 1
     return going_on

@@ -15,7 +15,7 @@ import numpy as np
 from raymaps.jit import kernel
 from raymaps.kinds import EventKind
 
-__all__ = ["MISSED", "PENDING", "REJECTED", "START_OFFSET", "arrive", "locate", "start"]
+__all__ = ["MISSED", "PENDING", "REJECTED", "START_OFFSET", "arrive", "close_to", "height_above", "locate", "start"]
 
 #: In frame units; float32 keeps coordinates below 1 to 2^-25, and as many again for a triangle's corners.
 START_OFFSET = 2.0**-21
@@ -28,6 +28,18 @@ PENDING, MISSED, REJECTED = 255, 254, 253
 _LEFT = int(EventKind.LEFT)
 _NUMERICAL = int(EventKind.KILLED_NUMERICAL)
 _MISMATCH = int(EventKind.KILLED_MEDIUM_MISMATCH)
+
+
+@kernel
+def close_to(triangle):
+    """Code in `Wave.triangle` of a ray that stands on no triangle, but next to one; its own inverse; -1 stays -1."""
+    return -2 - triangle
+
+
+@kernel
+def height_above(plane, point):
+    """Distance of a point from a triangle's plane, negative behind it."""
+    return plane[0] * point[0] + plane[1] * point[1] + plane[2] * point[2] - plane[3]
 
 
 @kernel
@@ -44,8 +56,13 @@ def start(rays, wave, tables, advance, origin, direction):
     """
     for k in range(len(rays)):
         i = rays[k]
-        triangle = wave.triangle[i]
-        offset = 0.0 if triangle < 0 else START_OFFSET * wave.side[i]
+        triangle, offset = wave.triangle[i], 0.0
+        if triangle >= 0:
+            offset = START_OFFSET * wave.side[i]
+        elif triangle < -1:  # scattered next to a triangle, which rounding to float32 must not carry it through
+            triangle = close_to(triangle)
+            height = height_above(tables.plane[triangle], wave.position[i])
+            offset = math.copysign(max(START_OFFSET - abs(height), 0.0), height)
         for axis in range(3):
             shift = 0.0 if triangle < 0 else offset * tables.plane[triangle, axis]
             origin[k, axis] = wave.position[i, axis] + shift + advance[k] * wave.direction[i, axis]
