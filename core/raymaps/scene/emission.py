@@ -15,9 +15,9 @@ from raymaps.materials.values import Angle, NonNegative, Number, Positive, Recor
 __all__ = [
     "BlackBody",
     "CosinePower",
+    "EmissionFile",
     "EmissionSpectrum",
     "EmissionTable",
-    "EmissionFile",
     "Illuminant",
     "IntensityFile",
     "IntensityTable",
@@ -111,7 +111,7 @@ class CosinePower(Record):
 
 
 class TabulatedEmission(Record):
-    """Intensity over the angle to the normal, linear in between and zero beyond the last angle; scale does not matter."""
+    """Intensity over the angle to the normal, linear in between, zero beyond the last angle; scale does not matter."""
 
     kind: Literal["table"] = "table"
     angle_deg: tuple[Annotated[Number, Field(ge=0, le=90)], ...] = Field(min_length=2)
@@ -120,6 +120,8 @@ class TabulatedEmission(Record):
     @model_validator(mode="after")
     def _is_a_table(self) -> TabulatedEmission:
         check_ascending(self.angle_deg, "angle_deg")
+        if self.angle_deg[0] != 0:
+            raise ValueError(f"the first angle must be 0, that along the normal, got {self.angle_deg[0]:g}")
         if len(self.value) != len(self.angle_deg):
             raise ValueError(f"{len(self.angle_deg)} angles need as many values, got {len(self.value)}")
         if max(self.value) <= 0:
@@ -139,7 +141,7 @@ class IntensityFile(Record):
 class IntensityTable(Record):
     """Luminous intensity over directions (type C of CIE 121): half planes C, and gamma from the axis; bilinear.
 
-    Half planes go all the way round from 0 to 360 degrees, both given.
+    Half planes go all the way round from 0 to 360 degrees, both given; no light goes beyond the first and last gamma.
     """
 
     c_deg: tuple[Annotated[Number, Field(ge=0, le=360)], ...] = Field(min_length=2)

@@ -5,9 +5,12 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, field_validator
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, field_validator, model_validator
 
 from raymaps.materials.values import Name, Number, Positive, Record, Rgb, Vector, nonzero
+from raymaps.scene.axes import check_axes, unit_axes
 from raymaps.scene.emission import EmissionSpectrum, FaceEmission, Intensity, LambertianEmission
 
 __all__ = [
@@ -71,7 +74,7 @@ class DiscSource(_AimedSource):
 class GaussianBeamSource(_AimedSource):
     """Beam with Gaussian profiles of irradiance at its waist, where it starts, and of radiant intensity far away.
 
-    Rays leave the waist with place and direction independent, each normally distributed.
+    Rays leave the waist with place and direction independent; no light goes backwards.
     """
 
     kind: Literal["gaussian_beam"] = "gaussian_beam"
@@ -80,7 +83,7 @@ class GaussianBeamSource(_AimedSource):
 
 
 class SunSource(_AimedSource):
-    """Light of a far disc of constant radiance, such as the sun, that passes through a disc across its mean direction."""
+    """Light of a far disc of constant radiance, such as the sun, through a disc across its mean direction."""
 
     kind: Literal["sun"] = "sun"
     radius_mm: Positive = Field(description="Radius of the disc that light passes through.")
@@ -93,11 +96,17 @@ class FacesSource(_SourceBase):
     kind: Literal["faces"] = "faces"
     body: Name
     faces: tuple[Name, ...] | None = Field(None, min_length=1, description="Face names; null: all faces of the body.")
-    emission: FaceEmission = Field(LambertianEmission(), description="How intensity falls with the angle to the normal.")
+    emission: FaceEmission = Field(
+        LambertianEmission(), description="How intensity falls with the angle to the normal."
+    )
 
 
 class LuminaireSource(_SourceBase):
-    """Point source with measured intensity; gamma counts from the direction, C from the reference direction."""
+    """Point source with measured intensity; only how it falls over directions counts, not its candela.
+
+    Gamma counts from the direction. C counts around it, from the reference direction, as a right-handed screw along the
+    direction turns: for a luminaire that points down, clockwise as seen from above.
+    """
 
     kind: Literal["luminaire"] = "luminaire"
     position_mm: Vector
@@ -107,24 +116,54 @@ class LuminaireSource(_SourceBase):
 
     _directions = field_validator("direction", "c0_direction")(nonzero)
 
+    @model_validator(mode="after")
+    def _axes_differ(self) -> LuminaireSource:
+        check_axes(self.direction, self.c0_direction, "direction", "c0_direction")
+        return self
+
+    @property
+    def axes(self) -> NDArray[np.float64]:
+        """Unit vectors of C = 0 and C = 90 at gamma = 90 degrees, and of gamma = 0, (3 axes, 3); right-handed."""
+        return unit_axes(self.direction, self.c0_direction)
+
 
 class _PlacedRays(_SourceBase):
     position_mm: Vector = Field((0.0, 0.0, 0.0), description="Where the file's origin lies.")
     z_axis: Vector = Field((0.0, 0.0, 1.0), description="Where the file's z axis points to.")
     x_axis: Vector = Field((1.0, 0.0, 0.0), description="Where the file's x axis points to, as far as it can.")
 
-    _axes = field_validator("z_axis", "x_axis")(nonzero)
+    _directions = field_validator("z_axis", "x_axis")(nonzero)
+
+    @model_validator(mode="after")
+    def _axes_differ(self) -> _PlacedRays:
+        check_axes(self.z_axis, self.x_axis, "z_axis")
+        return self
+
+    @property
+    def axes(self) -> NDArray[np.float64]:
+        """Unit vectors of the file's x, y and z axis, (3 axes, 3); right-handed."""
+        return unit_axes(self.z_axis, self.x_axis)
+
+    def as_rays(self, file: str) -> RaysSource:
+        """The same source with its rays in a file of their own."""
+        return RaysSource(file=file, **{name: getattr(self, name) for name in _PlacedRays.model_fields})
 
 
 class RaysSource(_PlacedRays):
-    """Rays of a file: IES TM-25, Zemax .DAT, or what a Ray Map keeps of them. Drawn by their flux, with replacement."""
+    """Rays of a file: IES TM-25, Zemax .DAT, or what a Ray Map keeps of them. Drawn by their flux, with replacement.
+
+    The colours that a file tells of its rays count unless the source has a spectrum, or an rgb of its own.
+    """
 
     kind: Literal["rays"] = "rays"
     file: str = Field(min_length=1, description="Ray file, relative to the scene file.")
 
 
 class CrossingsSource(_PlacedRays):
-    """The rays that crossed a detector of another Ray Map, each from where it crossed and with the light it had there."""
+    """Rays that a detector of another Ray Map registered, each from where it crossed with the light it had there.
+
+    Their colours count unless the source has a spectrum, or an rgb of its own.
+    """
 
     kind: Literal["crossings"] = "crossings"
     map: str = Field(min_length=1, description="Ray Map, relative to the scene file.")
