@@ -13,16 +13,23 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from raymaps.effects import (
+    abg,
     absorber,
+    bsdf,
+    coefficients,
+    conductor,
     crossings,
     dispersion,
     fresnel,
+    gaussian,
     lambertian,
     medium_absorption,
     medium_scattering,
     mirror,
     mixture,
+    rough,
     spectral,
+    thin_film,
     without,
 )
 from raymaps.effects.lowering import Lowering
@@ -108,8 +115,36 @@ EFFECTS: tuple[Effect, ...] = (
         "these surfaces absorb all light", without.all_absorbed("lambertian"),
     ),
     Effect(
+        "coefficients", "specular and diffuse shares over angle and wavelength", coefficients.needed_by,
+        coefficients.lower, "surface", "these surfaces absorb all light", without.all_absorbed("coefficients"),
+    ),
+    Effect(
+        "conductor", "reflection off smooth metals (n + ik)", conductor.needed_by, conductor.lower, "surface",
+        "metals are clear media of their index n", conductor.clear_metals,
+    ),
+    Effect(
+        "thin_film", "interference in thin layers on smooth interfaces", thin_film.needed_by, thin_film.lower,
+        "surface", "these interfaces have no layers", without.smooth("thin_film"),
+    ),
+    Effect(
+        "rough", "reflection and refraction by microfacets (GGX)", rough.needed_by, rough.lower, "surface",
+        "these interfaces are smooth", without.smooth("rough"),
+    ),
+    Effect(
+        "gaussian", "scatter about the specular direction, Gaussian", gaussian.needed_by, gaussian.lower, "surface",
+        "what would scatter goes on specularly", without.specular_only("gaussian"),
+    ),
+    Effect(
+        "abg", "scatter about the specular direction, ABg model", abg.needed_by, abg.lower, "surface",
+        "what would scatter goes on specularly", without.specular_only("abg"),
+    ),
+    Effect(
         "fresnel", "reflection and refraction at a smooth interface", fresnel.needed_by, _nothing, "surface",
         "these surfaces absorb all light", without.all_absorbed("fresnel"),
+    ),
+    Effect(
+        "bsdf", "scattering by a table of measured BRDF and BTDF", bsdf.needed_by, bsdf.lower, "surface",
+        "these surfaces absorb all light", without.all_absorbed("bsdf"),
     ),
 )  # fmt: skip
 

@@ -10,15 +10,17 @@ import math
 from typing import Annotated, Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from raymaps.materials.bsdf import BsdfTableOrFile
-from raymaps.materials.spectrum import AngularShare, AngularTable, SpectralShare, SpectrumTable
+from raymaps.materials.scatter import abg_total_scatter
+from raymaps.materials.spectrum import LONGEST_NM, SHORTEST_NM, AngularShare, AngularTable, SpectralShare, SpectrumTable
 from raymaps.materials.values import Name, NonNegative, Number, Positive, Record, Share
 
 __all__ = [
-    "Absorber",
     "AbgScatter",
+    "Absorber",
     "Coefficients",
     "FresnelInterface",
     "GaussianScatter",
@@ -69,7 +71,7 @@ class FresnelInterface(Record):
 
 
 class RoughInterface(Record):
-    """Rough boundary between two media, or of a metal: microfacets that each reflect and refract by Fresnel's equations.
+    """Rough boundary between two media, or of a metal: microfacets that reflect and refract by Fresnel's equations.
 
     ``roughness`` is the parameter alpha of the GGX (Trowbridge-Reitz) distribution of their slopes.
     """
@@ -142,12 +144,22 @@ class AbgScatter(Record):
     reflectance: SpectralShare = NOTHING
     transmittance: SpectralShare = NOTHING
     a: NonNegative = Field(description="A of the model in 1/sr.")
-    b: Positive = Field(description="B of the model.")
+    b: Number = Field(ge=1e-15, description="B of the model.")
     g: NonNegative = Field(le=10, description="Exponent g of the model.")
 
     @model_validator(mode="after")
     def _not_more_than_comes(self) -> AbgScatter:
         check_shares({"reflectance": self.reflectance, "transmittance": self.transmittance})
+        # the total integrated scatter is largest at normal incidence, where the lobe stands in the middle of the disc
+        scattered = float(abg_total_scatter(0.0, self.a, self.b, self.g)[0])
+        for name in ("reflectance", "transmittance"):
+            value = getattr(self, name)
+            least, most, where = _extremes(value)
+            if most > 0 and scattered > least * (1 + 1e-6):
+                raise ValueError(
+                    f"a, b and g scatter {scattered:.6g} of the light at 0 degrees, more than the {name} of "
+                    f"{least:g}{where}: choose a at most {self.a * least / scattered:.6g}"
+                )
         return self
 
 
@@ -195,33 +207,84 @@ SurfaceProperty = Annotated[
 ]
 
 
+def _extremes(value: Any) -> tuple[float, float, str]:
+    """Smallest and largest of a spectral value, and where it is smallest."""
+    values = value.value if isinstance(value, SpectrumTable) else value
+    least = int(np.argmin(values))
+    if isinstance(value, SpectrumTable):
+        where = f" at {value.wavelength_nm[least]:g} nm"
+    else:
+        where = f" in band {'rgb'[least]}" if np.ptp(values) > 0 else ""
+    return float(min(values)), float(max(values)), where
+
+
 def check_shares(shares: dict[str, Any]) -> None:
-    """Refuse shares of the light that add up to more than one at some wavelength, band or angle; raises `ValueError`.
+    """Refuse shares of the light that add up to more than one at some wavelength, band or angle.
 
     Parameters
     ----------
     shares : dict of str to spectral values, those over the angle too
+
+    Raises
+    ------
+    ValueError
+        With the place where they add up to most.
     """
     tables = [value for value in shares.values() if isinstance(value, SpectrumTable | AngularTable)]
-    # sums of functions that are linear between nodes are largest at a node
-    angles = sorted({angle for value in tables if isinstance(value, AngularTable) for angle in value.angle_deg} or {0.0})
-    wavelengths = sorted({w for value in tables for w in value.wavelength_nm or ()} or {0.0})
-    total = np.zeros((len(angles), len(wavelengths), 3))
-    for value in shares.values():
-        if isinstance(value, AngularTable):
-            rows = value.at_angles(angles)
-            total += np.array([row.at(wavelengths) if isinstance(row, SpectrumTable) else np.full(len(wavelengths), row)
-                               for row in rows])[:, :, None]  # fmt: skip
-        elif isinstance(value, SpectrumTable):
-            total += value.at(wavelengths)[None, :, None]
-        else:
-            total += np.array(value)
-    if total.max() > 1 + 1e-9:
-        angle, wavelength, band = np.unravel_index(int(np.argmax(total)), total.shape)
-        places = [f"at {angles[angle]:g} degrees"] if len(angles) > 1 else []
-        if wavelengths != [0.0]:
-            places.append(f"at {wavelengths[wavelength]:g} nm")
-        if np.ptp(total[angle, wavelength]) > 0:
-            places.append(f"in band {'rgb'[band]}")
-        names = " + ".join(shares)
-        raise ValueError(f"{names} must be at most 1, got {total.max():g} {' '.join(places)}".rstrip())
+    # all are linear between their nodes, over angle and wavelength, so a sum is largest at a node of one of them
+    over_angle = [value for value in tables if isinstance(value, AngularTable)]
+    angle_deg = np.unique([angle for value in over_angle for angle in value.angle_deg] or [0.0])
+    nodes_nm = np.unique([nm for value in tables for nm in value.wavelength_nm or ()])
+    spectra = [value for value in tables if value.wavelength_nm is not None]
+    if spectra:  # wavelengths that a table does not speak of can't be simulated
+        first = max(_range_nm(value)[0] for value in spectra)
+        last = min(_range_nm(value)[1] for value in spectra)
+        nodes_nm = nodes_nm[(nodes_nm >= first) & (nodes_nm <= last)]
+        if not len(nodes_nm):
+            return
+    worst, where = 0.0, ""
+    for angles in np.array_split(angle_deg, max(1, len(angle_deg) * max(1, len(nodes_nm)) // 100_000)):
+        total = np.zeros((len(angles), max(1, len(nodes_nm)), 3))
+        for value in shares.values():
+            if isinstance(value, AngularTable):
+                total += _over_angle_and_wavelength(value, angles, nodes_nm)[:, :, None]
+            else:
+                total += value.at(nodes_nm)[:, None] if isinstance(value, SpectrumTable) else np.array(value)
+        if total.max() > worst:
+            worst = float(total.max())
+            angle, wavelength, band = np.unravel_index(int(np.argmax(total)), total.shape)
+            places = [f"at {angles[angle]:g} degrees"] if len(angle_deg) > 1 else []
+            if spectra:
+                places.append(f"at {nodes_nm[wavelength]:g} nm")
+            if np.ptp(total[angle, wavelength]) > 0:
+                places.append(f"in band {'rgb'[band]}")
+            where = " ".join(places)
+    if worst > 1 + 1e-9:
+        names = [name for name, value in shares.items() if value != NOTHING]
+        raise ValueError(f"{' + '.join(names)} must be at most 1, got {worst:.6g} {where}".rstrip())
+
+
+def _range_nm(value: SpectrumTable | AngularTable) -> tuple[float, float]:
+    """First and last wavelength that a table speaks of."""
+    if isinstance(value, SpectrumTable):
+        return value.range_nm
+    assert value.wavelength_nm is not None
+    return (SHORTEST_NM, LONGEST_NM) if value.outside == "clamp" else (value.wavelength_nm[0], value.wavelength_nm[-1])
+
+
+def _over_angle_and_wavelength(
+    table: AngularTable, angle_deg: NDArray[np.float64], wavelength_nm: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Bilinear values of a table, (n_angles, n_wavelengths or 1); its border values outside."""
+
+    def between(at: NDArray[np.float64], nodes: tuple[float, ...], values: NDArray[np.float64]) -> NDArray[np.float64]:
+        if len(nodes) == 1:
+            return np.repeat(values, len(at), axis=0)
+        at = np.clip(at, nodes[0], nodes[-1])
+        after = np.clip(np.searchsorted(nodes, at, side="right"), 1, len(nodes) - 1)
+        node = np.array(nodes)
+        place = ((at - node[after - 1]) / (node[after] - node[after - 1]))[:, None]
+        return values[after - 1] * (1 - place) + values[after] * place
+
+    values = between(angle_deg, table.angle_deg, np.array(table.value))
+    return values if table.wavelength_nm is None else between(wavelength_nm, table.wavelength_nm, values.T).T

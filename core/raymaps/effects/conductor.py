@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Smooth metals: reflection by Fresnel's equations with a complex index, unpolarised; the rest is absorbed at once."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from raymaps.bands import Bands
+from raymaps.effects.lowering import Lowering
+from raymaps.effects.usage import used_media
+from raymaps.errors import SceneError
+from raymaps.materials import Medium, Mixture
+from raymaps.scene import Scene
+from raymaps.scene.bodies import Body
+
+__all__ = ["Data", "clear_metals", "index_in_bands", "lower", "metal_reflectance", "metals", "needed_by"]
+
+
+class Data(NamedTuple):
+    """What the kernel reads."""
+
+    is_conductor: NDArray[np.bool_]  # (n_media,)
+    n: NDArray[np.float64]  # (n_media, n_bands) real part of the index of conductors, 1 for other media
+    k: NDArray[np.float64]  # (n_media, n_bands) its imaginary part, 0 for other media
+
+
+def needed_by(scene: Scene) -> tuple[str, ...]:
+    """A scene calls for smooth metals if a smooth interface is one of a metal, or may touch one."""
+    metal = {name: b.medium for name, b in scene.bodies.items() if b.medium and scene.media[b.medium].is_conductor}
+    reasons = []
+    for name, body in scene.bodies.items():
+        polished = [surface for surface in _surfaces_of(body) if _is_smooth_interface(scene, surface)]
+        if not polished or not metal:
+            continue
+        if name in metal:
+            reasons.append(f"surface '{polished[0]}' of body '{name}' of the metal '{metal[name]}'")
+        elif body.medium is not None:
+            reasons.append(
+                f"surface '{polished[0]}' of body '{name}', which may touch the metal body '{next(iter(metal))}'"
+            )
+    return tuple(reasons)
+
+
+def _surfaces_of(body: Body) -> tuple[str, ...]:
+    """Surface properties that some face of a body has."""
+    faces = body.geometry.faces
+    overridden = faces is not None and all(face.name in body.face_surfaces for face in faces)
+    return tuple(dict.fromkeys([*([] if overridden else [body.surface]), *body.face_surfaces.values()]))
+
+
+def _is_smooth_interface(scene: Scene, surface: str) -> bool:
+    prop = scene.surfaces[surface]
+    if isinstance(prop, Mixture):
+        return any(part.weight > 0 and scene.surfaces[part.surface].kind == "fresnel" for part in prop.parts)
+    return prop.kind == "fresnel"
+
+
+def lower(lowering: Lowering) -> Data:
+    """The complex index of each metal by band."""
+    is_conductor = metals(lowering)
+    shape = len(is_conductor), lowering.bands.n
+    n, k = np.ones(shape), np.zeros(shape)
+    for index in np.flatnonzero(is_conductor):
+        name, medium = lowering.names.media[index], lowering.media[index]
+        n[index] = index_in_bands(name, medium, lowering.bands)
+        k[index] = lowering.bands.average(medium.extinction, f"Medium '{name}', extinction")
+    return Data(is_conductor, n, k)
+
+
+def metals(lowering: Lowering) -> NDArray[np.bool_]:
+    """Which media are metals that a body is of, (n_media,): light can't go into them."""
+    used = used_media(lowering.scene)
+    pairs = zip(lowering.names.media, lowering.media, strict=True)
+    return np.array([medium.is_conductor and name in used for name, medium in pairs], bool)
+
+
+def index_in_bands(
+    name: str, medium: Medium, bands: Bands, wavelength_nm: ArrayLike | None = None
+) -> NDArray[np.float64]:
+    """Refractive index of a medium in the middle of each band, or at wavelengths.
+
+    Raises
+    ------
+    SceneError
+        If the medium's data do not reach there.
+    """
+    at = np.asarray(bands.center_nm if wavelength_nm is None else wavelength_nm, np.float64)
+    if not isinstance(medium.refractive_index, float | int):
+        first, last = medium.refractive_index.range_nm
+        if at.min() < first - 1e-9 or at.max() > last + 1e-9:
+            raise SceneError(
+                f"Medium '{name}': its refractive index is known from {first:g} to {last:g} nm, but light from "
+                f"{at.min():g} to {at.max():g} nm is simulated: narrow settings.spectrum, or give the medium data that "
+                "reach further."
+            )
+    return medium.index_at(at)
+
+
+def clear_metals(scene: Scene) -> Scene:
+    """The scene with metals that are clear media of their index n; for where this effect is switched off."""
+    media = {name: m.model_copy(update={"extinction": (0.0, 0.0, 0.0)}) for name, m in scene.media.items()}
+    return scene.model_copy(update={"media": media})
+
+
+def metal_reflectance(cos_theta_i: ArrayLike, n_i: ArrayLike, n: ArrayLike, k: ArrayLike) -> NDArray[np.float64]:
+    """Power reflectance of the smooth surface of a metal for unpolarised light, in real numbers.
+
+    Parameters
+    ----------
+    cos_theta_i : float64, 0 to 1, any shape
+    n_i : float64, > 0
+        Refractive index of the clear medium in front.
+    n, k : float64
+        Index n + ik of the metal.
+
+    Returns
+    -------
+    float64, 0 to 1
+
+    References
+    ----------
+    M. Born, E. Wolf: Principles of Optics, 7th ed., section 14.4.1: the wave in the metal, n cos(theta) = u + iv, and
+    the amplitudes r_12 of both polarisations.
+    """
+    cos, n_i, n, k = (np.asarray(x, np.float64) for x in (cos_theta_i, n_i, n, k))
+    real = n**2 - k**2 - n_i**2 * (1 - cos**2)
+    size = np.hypot(real, 2 * n * k)
+    u2, v2 = (size + real) / 2, (size - real) / 2
+    u, v = np.sqrt(np.maximum(u2, 0)), np.sqrt(np.maximum(v2, 0))
+    r_s = ((n_i * cos - u) ** 2 + v2) / ((n_i * cos + u) ** 2 + v2)
+    p_u, p_v = (n**2 - k**2) * cos, 2 * n * k * cos
+    r_p = ((p_u - n_i * u) ** 2 + (p_v - n_i * v) ** 2) / ((p_u + n_i * u) ** 2 + (p_v + n_i * v) ** 2)
+    return (r_s + r_p) / 2
