@@ -109,7 +109,8 @@ def _scene_findings(raymap: RayMap) -> Iterator[Finding]:
     except RayMapsError as error:
         yield Finding(str(error), is_fault=True)
         return
-    if scene_hash != raymap.manifest.scene_hash:
+    # maps of version 1 hashed the scene in another way
+    if raymap.manifest.version > 1 and scene_hash != raymap.manifest.scene_hash:
         yield Finding(
             f"Ray Map '{raymap.path}': scene.json or its geometry is not what was simulated; trace the scene again.",
             is_fault=True,

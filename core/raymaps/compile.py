@@ -25,6 +25,7 @@ from raymaps.materials import (
     FresnelInterface,
     Medium,
     Mixture,
+    Record,
     RoughInterface,
     SurfaceProperty,
     ThinFilm,
@@ -303,16 +304,23 @@ def _tables(
     )
 
 
+def _told(value: Any, passed_over: tuple[str, ...]) -> Any:
+    """A part of a scene as plain data. What stands at its default is left out, but for the kind of an object: so a field
+    that a later version brings changes no hash."""
+    if isinstance(value, Record):
+        fields = type(value).model_fields
+        return {
+            name: _told(getattr(value, name), passed_over)
+            for name, field in fields.items()
+            if name not in passed_over
+            and (name == "kind" or field.is_required() or getattr(value, name) != field.get_default(call_default_factory=True))
+        }
+    if isinstance(value, dict):
+        return {key: _told(entry, passed_over) for key, entry in value.items()}
+    return [_told(entry, passed_over) for entry in value] if isinstance(value, tuple) else value
+
+
 def _scene_hash(scene: Scene, meshes: tuple[BodyMesh, ...]) -> str:
-    # what stands at its default is left out, so a field that a later version brings changes no hash
-    data = scene.model_dump(
-        mode="json",
-        exclude={"origin": True, "name": True, "settings": {"rays", "seed", "store"}},
-        exclude_defaults=True,
-    )
-    for body in data.get("bodies", {}).values():
-        del body["geometry"]
-    for medium in data.get("media", {}).values():
-        medium.pop("reference", None)
+    data = _told(scene, ("origin", "name", "rays", "seed", "store", "geometry", "reference"))
     text = json.dumps([data, [mesh_digest(mesh) for mesh in meshes]], separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()

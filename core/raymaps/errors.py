@@ -3,7 +3,7 @@
 
     RayMapsError            every error that a user can cause or meet; its text is one clear sentence
     ├── SceneError          a scene file, its geometry or its optical properties
-    │   └── FormatError     a file of another program that a scene speaks of or that is to be imported
+    │   └── FormatError          a file of another program that a scene speaks of or that is to be imported
     ├── MapError            a Ray Map that is missing, damaged, newer than this program, or of another scene
     ├── CriterionError      the text of a criterion, or a name in it
     ├── OutputError         a place that can't be written: exists, read-only, disk full

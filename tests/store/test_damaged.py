@@ -233,10 +233,10 @@ def test_names_that_do_not_fit_the_scene(room_map, copied):
 @pytest.mark.parametrize("more", [{}, {"names": None}, {"new": 1}])
 def test_a_newer_version(room_map, copied, more):
     path = copied(room_map)
-    edited(path / "manifest.json", version=2, **more)
+    edited(path / "manifest.json", version=3, **more)
     sentence = refused(path)
-    assert "version 2" in sentence
-    assert "up to version 1" in sentence
+    assert "version 3" in sentence
+    assert "up to version 2" in sentence
     assert "update" in sentence
     assert faults(path) == [sentence]
 

@@ -419,11 +419,13 @@ def test_a_segment_is_joined_to_its_crossings_by_ray_and_event(workshop_map):
     """Flux on a detector by SQL: the light of the event that starts the crossing segment."""
     duckdb = pytest.importorskip("duckdb")
     portions = workshop_map.path / "portions" / "*"
+    folder = "regexp_extract(filename, 'portions[/\\\\](\\d+)', 1)"
     sql = f"""
-        WITH events AS (SELECT *, row_number() OVER (PARTITION BY ray ORDER BY file_row_number) - 1 AS event
-                        FROM read_parquet('{portions}/events.parquet', file_row_number = true))
+        WITH lights AS (SELECT {folder} AS portion, * FROM read_parquet('{portions}/lights.parquet', filename = true)),
+        events AS (SELECT {folder} AS portion, *, row_number() OVER (PARTITION BY ray ORDER BY file_row_number) - 1 AS event
+                   FROM read_parquet('{portions}/events.parquet', file_row_number = true, filename = true))
         SELECT sum(r + g + b) FROM read_parquet('{portions}/crossings.parquet') JOIN events USING (ray, event)
-        WHERE detector = 1
+        JOIN lights USING (portion, light) WHERE detector = 1
     """
     ((total,),) = duckdb.connect().sql(sql).fetchall()
     raymap = workshop_map.raymap

@@ -14,7 +14,7 @@ def test_all_errors_that_are_told_to_the_user_have_one_root():
 
 
 def test_the_tree_in_the_module_names_every_class():
-    drawn = set(re.findall(r"^\s+(?:[├└]── )?(\w+)  +", errors.__doc__, re.MULTILINE))
+    drawn = set(re.findall(r"^[\s│]+(?:[├└]── )?(\w+)  +", errors.__doc__, re.MULTILINE))
     assert drawn == {name for name in errors.__all__ if isinstance(getattr(errors, name), type)}
 
 
