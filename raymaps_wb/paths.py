@@ -6,6 +6,7 @@ import os
 ADDON_FOLDER = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
 CORE_FOLDER = os.path.join(ADDON_FOLDER, "core")
 ICON_FOLDER = os.path.join(ADDON_FOLDER, "resources", "icons")
+MATERIAL_FOLDER = os.path.join(ADDON_FOLDER, "resources", "materials")
 EXAMPLE_FOLDER = os.path.join(ADDON_FOLDER, "examples")
 LOCK_FILE = os.path.join(ADDON_FOLDER, "requirements.lock")
 LAUNCHER = os.path.join(ADDON_FOLDER, "raymaps_wb", "tracer", "launcher.py")

@@ -9,10 +9,16 @@ import Part
 
 from raymaps_wb.errors import ExportError
 from raymaps_wb.export.bodies import body_names, label_of, resolve, resolve_all, shape_of
-from raymaps_wb.export.description import describe, global_placement
+from raymaps_wb.export.description import describe, unique_names
+from raymaps_wb.export.detectors import detector
+from raymaps_wb.export.media import medium
+from raymaps_wb.export.placing import global_placement
+from raymaps_wb.export.rules import faults
+from raymaps_wb.export.scene_files import SceneFiles
+from raymaps_wb.export.sources import source
+from raymaps_wb.export.surface_properties import surface_property
 from raymaps_wb.objects.detector import Detector
 from raymaps_wb.objects.medium import Medium
-from raymaps_wb.objects.references import reference_list
 from raymaps_wb.objects.source import Source
 from raymaps_wb.objects.study import members
 from raymaps_wb.objects.surface_property import SurfaceProperty
@@ -40,18 +46,17 @@ def check_study(study, distances=True, limit_s=math.inf):
     -------
     list of Problem, those that block a run first
     """
-    problems = []
-    for member_type, rule in RULES.items():
-        for obj in members(study, member_type):
-            problems += [Problem(True, f"{obj.Label}: {text}", obj) for text in rule(obj)]
-    problems += _settings(study)
+    problems: list[Problem] = []
     places = _places(study, problems)
+    names = body_names(places)
+    for problem in _own_faults(study, names):
+        if not any(problem.text == other.text for other in problems):
+            problems.append(problem)
     try:
         describe(study)
     except ExportError as error:
         if not any(str(error) == problem.text for problem in problems):
             problems.append(Problem(True, str(error), None))
-    names = body_names(places)
     problems += _shapes(study, names)
     problems += _buried_sources(study, names)
     if distances:
@@ -62,90 +67,33 @@ def check_study(study, distances=True, limit_s=math.inf):
     return sorted(problems, key=lambda problem: not problem.blocks)
 
 
-def _number(value, what, low, high, unit="", low_is_allowed=True):
-    inside = math.isfinite(value) and (low <= value if low_is_allowed else low < value) and value <= high
-    if inside:
-        return []
-    allowed = f"{'at least' if low_is_allowed else 'above'} {low:g}" + (
-        f" and at most {high:g}" if high < 1e300 else ""
-    )
-    return [f"{what} must be {allowed}{unit}, got {value:g}{unit}."]
-
-
-def _bands(values, what, low, high, unit=""):
-    if len(values) not in (0, 1, 3):
-        return [f"{what} takes one value or three (red, green, blue), got {len(values)}."]
-    return [fault for value in values for fault in _number(value, what, low, high, unit)]
-
-
-def _medium(obj):
-    return _number(obj.RefractiveIndex, "the refractive index", 0, 10, low_is_allowed=False) + _bands(
-        obj.AbsorptionPerMm, "the absorption coefficient", 0, 1e308, " 1/mm"
-    )
-
-
-def _surface_property(obj):
-    faults = []
-    if obj.Kind in ("Mirror", "Lambertian"):
-        faults += _bands(obj.Reflectance, "reflectance", 0, 1)
-    if obj.Kind == "Lambertian":
-        faults += _bands(obj.Transmittance, "transmittance", 0, 1)
-        bands = [(list(values) * 3)[:3] or [0.0] * 3 for values in (obj.Reflectance, obj.Transmittance)]
-        if not faults and any(r + t > 1 + 1e-12 for r, t in zip(*bands, strict=True)):
-            faults.append("reflectance and transmittance together must be at most 1 in each colour.")
-    if obj.Kind == "Mixture":
-        if len(obj.Parts) != len(obj.Weights) or not obj.Parts:
-            faults.append(
-                f"a mixture needs a weight for each part, got {len(obj.Parts)} parts, {len(obj.Weights)} weights."
-            )
-        elif abs(math.fsum(obj.Weights) - 1) > 1e-6 or min(obj.Weights) < 0:
-            faults.append(f"the weights must be 0 or more and add up to 1, got {math.fsum(obj.Weights):g}.")
-        faults += [f"a mixture can't hold the mixture '{part.Label}'." for part in obj.Parts if part.Kind == "Mixture"]
-    return faults
-
-
-def _source(obj):
-    faults = _number(obj.FluxW, "the flux", 0, 1e308, " W", low_is_allowed=False)
-    if len(obj.RGB) != 3 or min(obj.RGB) < 0 or not sum(obj.RGB) > 0:
-        faults.append("RGB takes three values of 0 or more, one of them above 0.")
-    if obj.Kind == "Cone":
-        faults += _number(float(obj.HalfAngle), "the half angle", 0, 180, " degrees", low_is_allowed=False)
-    if obj.Kind == "Disc":
-        faults += _number(float(obj.Radius), "the radius", 0, 1e308, " mm", low_is_allowed=False)
-    if obj.Kind == "Faces" and not reference_list(obj):
-        faults.append("it emits from faces and has none; pick the faces of one body.")
-    return faults
-
-
-def _detector(obj):
-    faults = _number(float(obj.Width), "the width", 0, 1e308, " mm", low_is_allowed=False)
-    faults += _number(float(obj.Height), "the height", 0, 1e308, " mm", low_is_allowed=False)
-    faults += _number(obj.ResolutionX, "resolution X", 1, 10000) + _number(obj.ResolutionY, "resolution Y", 1, 10000)
-    return faults + _number(float(obj.MaxAngle), "the largest angle", 0, 90, " degrees", low_is_allowed=False)
-
-
-RULES = {
-    Medium.TYPE: _medium,
-    SurfaceProperty.TYPE: _surface_property,
-    Source.TYPE: _source,
-    Detector.TYPE: _detector,
-}
-
-
-def _settings(study):
-    faults = _number(study.Rays, "the number of rays", 1, 1e12) + _number(study.Seed, "the seed", 0, 2**31)
-    faults += _number(study.MaxEvents, "the largest number of events", 2, 100_000)
-    faults += _number(study.RouletteThreshold, "the roulette threshold", 0, 1)
-    faults += _number(float(study.ChordTolerance), "the chord tolerance", 0, 1e308, " mm", low_is_allowed=False)
-    faults += _number(float(study.AngularDeflection), "the angular deflection", 0, 90, " degrees", low_is_allowed=False)
-    return [Problem(True, f"{study.Label}: {text}", study) for text in faults]
+def _own_faults(study, names):
+    """What is wrong with each object by itself."""
+    media, properties = (unique_names(members(study, kind)) for kind in (Medium.TYPE, SurfaceProperty.TYPE))
+    writers = {
+        Medium.TYPE: lambda obj, name, picked: medium(obj, SceneFiles()),
+        SurfaceProperty.TYPE: lambda obj, name, picked: surface_property(obj, name, properties, media, SceneFiles()),
+        Source.TYPE: lambda obj, name, picked: source(obj, name, picked, names, SceneFiles()),
+        Detector.TYPE: lambda obj, name, picked: detector(obj, name, picked, names),
+    }
+    problems = []
+    for member_type, write in writers.items():
+        for obj, name in unique_names(members(study, member_type)).items():
+            problems += [Problem(True, f"{obj.Label}: {text}", obj) for text in faults(obj)]
+            try:
+                write(obj, name, resolve_all(obj) if obj.Kind == "Faces" else None)
+            except ExportError as error:
+                problems.append(Problem(True, str(error), obj))
+    return problems + [Problem(True, f"{study.Label}: {text}", study) for text in faults(study)]
 
 
 def _places(study, problems):
     """All bodies that the study refers to; a reference that leads nowhere becomes a problem."""
     places = []
-    for member_type in (Medium.TYPE, SurfaceProperty.TYPE, Source.TYPE):
+    for member_type in (Medium.TYPE, SurfaceProperty.TYPE, Source.TYPE, Detector.TYPE):
         for obj in members(study, member_type):
+            if member_type in (Source.TYPE, Detector.TYPE) and obj.Kind != "Faces":
+                continue
             try:
                 places += [place for place, _ in resolve_all(obj)]
             except ExportError as error:
@@ -174,7 +122,7 @@ def _buried_sources(study, names):
     solids = [(name, solid) for place, name in names.items() if place not in filled for solid in shape_of(place).Solids]
     problems = []
     for obj in members(study, Source.TYPE):
-        if obj.Kind == "Faces":
+        if obj.Kind in ("Faces", "Ray file", "Crossings"):
             continue
         position = global_placement(obj).Base
         inside = next((name for name, solid in solids if solid.isInside(position, INSIDE_MM, True)), None)

@@ -8,19 +8,23 @@ geometry files and `raymaps_wb.export.fingerprint` a digest of it all.
 from collections import namedtuple
 from typing import Any
 
-import FreeCAD
-
 from raymaps_wb.errors import ExportError
 from raymaps_wb.export.bodies import BodyPlace, body_names, in_document_order, label_of, resolve_all, shape_of
+from raymaps_wb.export.detectors import detector
+from raymaps_wb.export.media import medium
+from raymaps_wb.export.scene_files import SceneFiles
+from raymaps_wb.export.sources import source
+from raymaps_wb.export.surface_properties import surface_property
 from raymaps_wb.objects.detector import Detector
 from raymaps_wb.objects.medium import Medium
 from raymaps_wb.objects.source import Source
-from raymaps_wb.objects.study import members
+from raymaps_wb.objects.study import OBSERVERS, members
 from raymaps_wb.objects.surface_property import SurfaceProperty
 
-#: scene: dict without geometry. places: dict of body name to BodyPlace.
-Description = namedtuple("Description", "scene places")
+#: scene: dict without geometry. places: dict of body name to BodyPlace. files: SceneFiles that the scene speaks of.
+Description = namedtuple("Description", "scene places files")
 
+USUAL_SPECTRUM = {"from_nm": 380.0, "to_nm": 780.0, "bands": 32, "observer": "cie_1931_2deg"}
 DEFAULT_SURFACE = "smooth boundary"  # Fresnel, for bodies with a medium and no property of their own
 
 
@@ -42,7 +46,7 @@ def describe(study):
     body_media: dict[BodyPlace, Any] = {}
     body_surfaces: dict[BodyPlace, Any] = {}
     face_surfaces: dict[tuple[BodyPlace, str], Any] = {}
-    emitting: dict[Any, list] = {}
+    picked: dict[Any, list] = {}
     for obj in media:
         for place, _ in resolve_all(obj):
             _assign(body_media, place, obj, media, "medium")
@@ -52,14 +56,15 @@ def describe(study):
                 _assign(body_surfaces, place, obj, properties, "surface property")
             else:
                 _assign(face_surfaces, (place, face), obj, properties, "surface property")
-    for obj in sources:
+    for obj in (*sources, *detectors):
         if obj.Kind == "Faces":
-            emitting[obj] = resolve_all(obj)
+            picked[obj] = resolve_all(obj)
 
     places = list(body_media) + list(body_surfaces) + [place for place, _ in face_surfaces]
-    places += [place for picked in emitting.values() for place, _ in picked]
+    places += [place for pairs in picked.values() for place, _ in pairs]
     names = body_names(in_document_order(places))
-    surfaces = {name: _surface(obj, name, properties) for obj, name in properties.items()}
+    files = SceneFiles()
+    surfaces = {name: surface_property(obj, name, properties, media, files) for obj, name in properties.items()}
     bodies = {}
     for place, name in names.items():
         own = {face: properties[obj] for (at, face), obj in face_surfaces.items() if at == place}
@@ -78,19 +83,14 @@ def describe(study):
         "version": 1,
         "name": _text(study.Label),
         "ambient": media[ambient] if ambient is not None else None,
-        "media": {name: _medium(obj) for obj, name in media.items()},
+        "media": {name: medium(obj, files) for obj, name in media.items()},
         "surfaces": surfaces,
         "bodies": bodies,
-        "sources": {name: _source(obj, name, names, emitting) for obj, name in sources.items()},
-        "detectors": {name: _detector(obj) for obj, name in detectors.items()},
-        "settings": {
-            "rays": study.Rays,
-            "seed": study.Seed,
-            "max_events": study.MaxEvents,
-            "roulette_threshold": study.RouletteThreshold,
-        },
+        "sources": {name: source(obj, name, picked.get(obj), names, files) for obj, name in sources.items()},
+        "detectors": {name: detector(obj, name, picked.get(obj), names) for obj, name in detectors.items()},
+        "settings": _settings(study),
     }
-    return Description(scene, {name: place for place, name in names.items()})
+    return Description(scene, {name: place for place, name in names.items()}, files)
 
 
 def unique_names(objects):
@@ -132,100 +132,25 @@ def _body_surface(place, name, body_media, body_surfaces, own, properties, surfa
     return next(iter(own.values()))
 
 
-def _bands(values, where, what, default):
-    values = [float(value) for value in values] or [default]
-    if len(values) not in (1, 3):
-        raise ExportError(f"{where}: {what} takes one value or three (red, green, blue), got {len(values)}.")
-    return values[0] if len(values) == 1 else values
-
-
-def _medium(obj):
-    return {
-        "refractive_index": obj.RefractiveIndex,
-        "absorption_per_mm": _bands(obj.AbsorptionPerMm, f"Medium '{obj.Label}'", "absorption", 0.0),
+def _settings(study):
+    """Settings of a study; what is as usual is not named."""
+    settings = {
+        "rays": study.Rays,
+        "seed": study.Seed,
+        "max_events": study.MaxEvents,
+        "roulette_threshold": study.RouletteThreshold,
     }
-
-
-def _surface(obj, name, properties):
-    where = f"Surface property '{name}'"
-    if obj.Kind == "Mirror":
-        return {"kind": "mirror", "reflectance": _bands(obj.Reflectance, where, "reflectance", 1.0)}
-    if obj.Kind == "Lambertian":
-        return {
-            "kind": "lambertian",
-            "reflectance": _bands(obj.Reflectance, where, "reflectance", 0.0),
-            "transmittance": _bands(obj.Transmittance, where, "transmittance", 0.0),
-        }
-    if obj.Kind == "Mixture":
-        if len(obj.Parts) != len(obj.Weights) or not obj.Parts:
-            raise ExportError(f"{where}: a mixture needs a weight for each part, got {len(obj.Parts)} parts and "
-                              f"{len(obj.Weights)} weights.")  # fmt: skip
-        unknown = [part.Label for part in obj.Parts if part not in properties]
-        if unknown:
-            raise ExportError(f"{where}: '{unknown[0]}' is not a surface property of this study; move it there.")
-        parts = zip(obj.Weights, obj.Parts, strict=True)
-        return {"kind": "mixture", "parts": [{"weight": weight, "surface": properties[part]} for weight, part in parts]}
-    return {"kind": obj.Kind.lower()}
-
-
-def _source(obj, name, names, emitting):
-    where = f"Source '{name}'"
-    if len(obj.RGB) != 3:
-        raise ExportError(f"{where}: RGB takes three values (red, green, blue), got {len(obj.RGB)}.")
-    source = {"kind": obj.Kind.lower(), "flux_w": obj.FluxW, "rgb": [float(value) for value in obj.RGB]}
-    if obj.Kind == "Faces":
-        return {**source, **_emission(emitting[obj], where, names)}
-    placement = global_placement(obj)
-    source["position_mm"] = _position_mm(placement)
-    if obj.Kind in ("Cone", "Disc"):
-        source["direction"] = _direction(placement, 0, 0, 1)
-    if obj.Kind == "Cone":
-        source["half_angle_deg"] = float(obj.HalfAngle)
-    if obj.Kind == "Disc":
-        source["radius_mm"] = float(obj.Radius)
-    return source
-
-
-def _emission(picked, where, names):
-    places = list(dict.fromkeys(place for place, _ in picked))
-    if not places:
-        raise ExportError(f"{where}: it emits from faces and has none; pick the faces of one body.")
-    if len(places) > 1:
-        shown = " and ".join(f"'{names[place]}'" for place in places[:2])
-        raise ExportError(f"{where}: its faces are on more than one body ({shown}); make a source for each body.")
-    faces = [face for _, face in picked]
-    return {
-        "body": names[places[0]],
-        **({} if None in faces else {"faces": sorted(set(faces), key=lambda f: int(f[4:]))}),
+    spectrum = {
+        "from_nm": study.SpectrumFromNm,
+        "to_nm": study.SpectrumToNm,
+        "bands": study.Bands,
+        "observer": OBSERVERS[study.Observer],
     }
-
-
-def _detector(obj):
-    placement = global_placement(obj)
-    return {
-        "kind": "rectangle",
-        "center_mm": _position_mm(placement),
-        "normal": _direction(placement, 0, 0, 1),
-        "x_axis": _direction(placement, 1, 0, 0),
-        "width_mm": float(obj.Width),
-        "height_mm": float(obj.Height),
-        "resolution": [obj.ResolutionX, obj.ResolutionY],
-        "side": obj.Side.lower(),
-        "max_angle_deg": float(obj.MaxAngle),
-    }
-
-
-def _position_mm(placement):
-    """Where a placement is, without the noise of its computation."""
-    return [round(value, 9) + 0.0 for value in placement.Base]
-
-
-def _direction(placement, x, y, z):
-    """Where a local direction points to; a rotation that a document kept differs in the last digits."""
-    return [round(value, 12) + 0.0 for value in placement.Rotation.multVec(FreeCAD.Vector(x, y, z))]
-
-
-def global_placement(obj):
-    """Placement of a source or detector in global coordinates, also inside parts."""
-    parent = obj.getParentGeoFeatureGroup()
-    return obj.Placement if parent is None else parent.getGlobalPlacement().multiply(obj.Placement)
+    if spectrum != USUAL_SPECTRUM:
+        settings["spectrum"] = spectrum
+    if study.Store == "Spectral":
+        settings["store"] = "spectral"
+    without = [name.strip() for name in study.Without if name.strip()]
+    if without:
+        settings["without"] = list(dict.fromkeys(without))
+    return settings

@@ -16,10 +16,10 @@ GRID_MM = 1e-6
 
 
 class ShapeMeasures:
-    """Measures of shapes, kept for as long as a shape stays the same in memory."""
+    """Measures of shapes, kept for as long as a shape stays the same in memory; and digests of files in ``files``."""
 
     def __init__(self):
-        self._known = {}
+        self._known, self.files = {}, {}
 
     def of(self, place, shape):
         """Digest of a shape at a place."""
@@ -46,13 +46,16 @@ def fingerprint(study, measures=None):
     measures = measures or ShapeMeasures()
     description = describe(study)
     shapes = {name: measures.of(place, shape_of(place)) for name, place in description.places.items()}
-    return combined(description, shapes, study)
+    return combined(description, shapes, study, measures.files)
 
 
-def combined(description, shapes, study):
-    """Digest of a description, of the digests of its shapes, and of how they are triangulated."""
+def combined(description, shapes, study, known_files=None):
+    """Digest of a description, of the digests of its shapes, of how they are triangulated, and of its files."""
     triangulation = [float(study.ChordTolerance), float(study.AngularDeflection)]
     data = _rounded([description.scene, shapes, triangulation])
+    files = description.files.digests(known_files)
+    if files:
+        data.append(files)
     return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
 
 

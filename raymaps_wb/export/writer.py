@@ -18,7 +18,7 @@ Exported = namedtuple("Exported", "path fingerprint triangles")
 
 
 def export_study(study, folder, stem=None, progress=None):
-    """Write ``STEM.scene.json`` and ``STEM.geometry/`` into a folder.
+    """Write ``STEM.scene.json`` and ``STEM.geometry/`` into a folder, and ``STEM.files/`` if it speaks of files.
 
     Parameters
     ----------
@@ -69,6 +69,8 @@ def export_study(study, folder, stem=None, progress=None):
             if progress is not None:
                 progress(done + 1, len(description.places))
         digest = combined(description._replace(scene=_without_geometry(scene)), digests, study)
+        description.files.copy(folder, stem)
+        scene = description.files.placed(scene, folder, stem)
         document = os.path.basename(study.Document.FileName) or study.Document.Label
         scene["origin"] = {"document": document, "study": study.Label, "fingerprint": digest}
         path = os.path.join(folder, stem + ".scene.json")
@@ -80,6 +82,33 @@ def export_study(study, folder, stem=None, progress=None):
     except OSError as error:
         raise ExportError(f"Folder '{folder}' can't be written: {error.strerror or error}.") from error
     return Exported(path, digest, n_triangles)
+
+
+def write_without_geometry(study, folder):
+    """Write a study's scene without its triangles: enough to tell which effects it calls for.
+
+    Returns
+    -------
+    str, path of the scene file
+
+    Raises
+    ------
+    ExportError
+        If the study can't be written as a scene, or the file can't be written.
+    """
+    description = describe(study)
+    scene = description.scene
+    for name in description.places:
+        scene["bodies"][name]["geometry"] = {"file": "left_out.ply"}
+    path = os.path.join(folder, "study.scene.json")
+    try:
+        description.files.copy(folder, "study")
+        _write(path, scene_text(description.files.placed(scene, folder, "study")).encode("utf-8"))
+    except ValueError as error:
+        raise ExportError(f"Study '{study.Label}' holds a number that is not finite: {error}.") from error
+    except OSError as error:
+        raise ExportError(f"Folder '{folder}' can't be written: {error.strerror or error}.") from error
+    return path
 
 
 def file_stem(label):

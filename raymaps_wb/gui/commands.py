@@ -11,8 +11,9 @@ from raymaps_wb.errors import WorkbenchError
 from raymaps_wb.export.check import check_study
 from raymaps_wb.export.writer import export_study, file_stem
 from raymaps_wb.gui.active import PREFIX, Transaction, active_study
+from raymaps_wb.objects.catalogue import catalogue_names
 from raymaps_wb.objects.detector import make_detector
-from raymaps_wb.objects.medium import make_medium
+from raymaps_wb.objects.medium import CATALOGUE, OWN, make_medium
 from raymaps_wb.objects.references import set_references
 from raymaps_wb.objects.source import make_source
 from raymaps_wb.objects.study import make_study
@@ -97,7 +98,7 @@ class NewSurfaceProperty(NewMember):
     """Adds a surface property."""
 
     NAME, ICON, TEXT = "RayMaps_SurfaceProperty", "surface_property", "New surface property"
-    TIP = "Adds a surface property (absorber, mirror, Lambertian, Fresnel, mixture) for the selected bodies and faces"
+    TIP = "Adds a surface property (absorber, mirror, matte, polished, coated, rough, measured) for the selected bodies and faces"
 
     def make(self, document, study):
         return make_surface_property(document, study)
@@ -107,17 +108,17 @@ class NewMedium(NewMember):
     """Adds a medium."""
 
     NAME, ICON, TEXT = "RayMaps_Medium", "medium", "New medium"
-    TIP = "Adds a medium that fills the selected bodies"
+    TIP = "Adds a medium (of the catalogue, own or from a file) that fills the selected bodies"
 
     def make(self, document, study):
-        return make_medium(document, study)
+        return make_medium(document, study, kind=CATALOGUE if catalogue_names() else OWN)
 
 
 class NewSource(NewMember):
     """Adds a source."""
 
     NAME, ICON, TEXT = "RayMaps_Source", "source", "New source"
-    TIP = "Adds a light source; with faces selected, they emit"
+    TIP = "Adds a light source (point, beam, laser, sun, luminaire, ray file); with faces selected, they emit"
 
     def make(self, document, study):
         return make_source(document, study)
@@ -133,7 +134,7 @@ class NewDetector(NewMember):
     """Adds a detector."""
 
     NAME, ICON, TEXT = "RayMaps_Detector", "detector", "New detector"
-    TIP = "Adds a virtual detector; with a face selected, just above it, a plane one covered whole"
+    TIP = "Adds a detector: a rectangle, with a face selected just above it; or light on faces, or the far field"
 
     def make(self, document, study):
         from raymaps_wb.taskpanels.base import rectangle_on_selected_face

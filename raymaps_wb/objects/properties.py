@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Declaring the properties of document objects, and bringing old ones up to date."""
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -8,6 +9,13 @@ import FreeCAD
 
 SCHEMA_PROPERTY = "SchemaVersion"
 READ_ONLY, HIDDEN, OUTPUT, NO_RECOMPUTE = 1, 4, 8, 16  # App::PropertyType flags
+
+
+class Limits:
+    """Which numbers a property may hold: from ``low`` to ``high``, with the unit that people read."""
+
+    def __init__(self, low, high=math.inf, unit="", low_is_allowed=True):
+        self.low, self.high, self.unit, self.low_is_allowed = low, high, unit, low_is_allowed
 
 
 class Property:
@@ -19,11 +27,24 @@ class Property:
     name : str, its name in the document; a quantity without a unit of FreeCAD's carries it in the name
     text : str, tooltip
     default : its first value; None keeps FreeCAD's
-    choices : tuple of str, for an enumeration
+    label : str, what panels call it; made from the name if empty
+    choices : tuple of str, or dict of str to a sentence about each, for an enumeration
     shown_for : tuple of str, kinds of the object for which it matters; empty: always
+    when : dict of str to tuple of str, the values of other enumerations for which it matters
+    limits : Limits of the number, or of each of several
+    bands : bool
+        The list holds one number, or one for each of red, green and blue.
+    file : str
+        Name of the property with a file that is used in place of this one's numbers.
+    filter : str
+        Which files a dialog offers, as Qt writes it.
+    form : str
+        What a file holds, of `raymaps_wb.export.tables`; panels tell what they find in it.
     read_only, hidden : bool
     output : bool
         Nothing depends on it: a change asks for no recompute.
+    keeps_unknown : bool
+        A choice that is not known any more stays; else the first takes its place.
     """
 
     def __init__(
@@ -33,15 +54,33 @@ class Property:
         text,
         default=None,
         *,
+        label="",
         choices=(),
         shown_for=(),
+        when=None,
+        limits=None,
+        bands=False,
+        file="",
+        filter="",
+        form="",
         read_only=False,
         hidden=False,
         output=False,
+        keeps_unknown=False,
     ):
-        self.kind, self.name, self.text, self.default = kind, name, text, default
-        self.choices, self.shown_for = choices, shown_for
+        self.kind, self.name, self.default, self.label = kind, name, default, label
+        self.choices = tuple(choices)
+        self.choice_texts = dict(choices) if isinstance(choices, dict) else {}
+        self.text = "\n".join([text, *(f"{choice}: {said}" for choice, said in self.choice_texts.items())])
+        self.shown_for = shown_for
+        self.conditions = {**({"Kind": shown_for} if shown_for else {}), **(when or {})}
+        self.limits, self.bands, self.file, self.filter, self.form = limits, bands, file, filter, form
         self.read_only, self.hidden, self.output = read_only, hidden, output
+        self.keeps_unknown = keeps_unknown
+
+    def matters(self, value_of):
+        """Whether the property matters, where ``value_of(name)`` is the present choice of another."""
+        return all(value_of(name) in wanted for name, wanted in self.conditions.items())
 
     def ensure(self, obj, group):
         """Add the property if the object does not have it; never changes a value that is there."""
@@ -49,24 +88,30 @@ class Property:
             flags = (READ_ONLY if self.read_only else 0) | (HIDDEN if self.hidden else 0)
             flags |= OUTPUT | NO_RECOMPUTE if self.output else 0
             obj.addProperty(self.kind, self.name, group, self.text, flags)
-            if self.choices:
-                setattr(obj, self.name, list(self.choices))
-            if self.default is not None:
+            if self.kind == "App::PropertyEnumeration":
+                setattr(obj, self.name, list(self.choices or (self.default,)))
+            if self.default is not None and (not self.choices or self.default in self.choices):
                 setattr(obj, self.name, self.default)
-        elif self.choices and self.choices != tuple(obj.getEnumerationsOfProperty(self.name) or ()):
+        elif self.choices:
             value = getattr(obj, self.name)
-            setattr(obj, self.name, list(self.choices))
-            if value in self.choices:
-                setattr(obj, self.name, value)
+            wanted = self.choices
+            if self.keeps_unknown and value and value not in wanted:
+                wanted = (*wanted, value)
+            if wanted != tuple(obj.getEnumerationsOfProperty(self.name) or ()):
+                setattr(obj, self.name, list(wanted))
+                if value in wanted:
+                    setattr(obj, self.name, value)
 
 
-def show_relevant(obj, properties):
+def show_relevant(obj, proxy):
     """Show in the property editor only what matters for the object's kind."""
-    for prop in properties:
-        if prop.shown_for and prop.name in obj.PropertiesList:
-            wanted = 0 if obj.Kind in prop.shown_for else 2
-            if wanted != (2 if "Hidden" in obj.getEditorMode(prop.name) else 0):
-                obj.setEditorMode(prop.name, wanted)
+    present = obj.PropertiesList
+    wanted = {prop.name: prop.matters(lambda name: getattr(obj, name)) for prop in proxy.PROPERTIES if prop.conditions}
+    if "Placement" in present:
+        wanted["Placement"] = obj.Kind not in proxy.WITHOUT_PLACEMENT
+    for name, shown in wanted.items():
+        if name in present and shown == ("Hidden" in obj.getEditorMode(name)):
+            obj.setEditorMode(name, 0 if shown else 2)
 
 
 class Proxy:
@@ -80,6 +125,8 @@ class Proxy:
     SCHEMA = 1
     PROPERTIES: tuple[Property, ...] = ()
     MIGRATIONS: dict[int, Callable[[Any], None]] = {}
+    #: Kinds that stand nowhere in particular.
+    WITHOUT_PLACEMENT: tuple[str, ...] = ()
 
     def __init__(self, obj):
         obj.Proxy = self
@@ -108,7 +155,7 @@ class Proxy:
         for prop in self.PROPERTIES:
             prop.ensure(obj, group)
         if "Kind" in obj.PropertiesList:
-            show_relevant(obj, self.PROPERTIES)
+            show_relevant(obj, self)
 
     def onDocumentRestored(self, obj):
         """FreeCAD calls this after opening a document."""
@@ -121,8 +168,12 @@ class Proxy:
 
     def onChanged(self, obj, name):
         """FreeCAD calls this after a property changed."""
-        if name == "Kind" and SCHEMA_PROPERTY in obj.PropertiesList:
-            show_relevant(obj, self.PROPERTIES)
+        if name in self._deciding() and all(prop.name in obj.PropertiesList for prop in self.PROPERTIES):
+            show_relevant(obj, self)
+
+    def _deciding(self):
+        """Properties on whose choice depends which others matter."""
+        return {name for prop in self.PROPERTIES for name in prop.conditions}
 
     def execute(self, obj):
         """Nothing to compute: the objects only describe."""
@@ -139,6 +190,10 @@ class Proxy:
 
     def __setstate__(self, state):
         return None
+
+
+def only_added(obj):
+    """Migration to a schema that has properties which the older one has not: setting up adds them."""
 
 
 def type_of(obj):

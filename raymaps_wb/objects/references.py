@@ -4,9 +4,9 @@
 from raymaps_wb.objects.properties import Property
 
 
-def references_property(text):
+def references_property(text, shown_for=()):
     """A list of (object, sub-object paths) that follows renaming and reaches through parts and links."""
-    return Property("App::PropertyXLinkSubList", "References", text)
+    return Property("App::PropertyXLinkSubList", "References", text, label="Bodies and faces", shown_for=shown_for)
 
 
 def reference_list(obj):

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Result: the Ray Map of a study, what was asked of it, and whether it still belongs to the document."""
 
-import os
-
 from raymaps_wb.compat import translate
+from raymaps_wb.objects.files import absolute_path, kept_path
 from raymaps_wb.objects.properties import Property, Proxy, make_object
 from raymaps_wb.objects.study import members
 
@@ -62,17 +61,9 @@ def result_of(study):
 
 def map_folder(result):
     """Absolute path of the result's map; empty if it names none."""
-    path = result.MapPath
-    if not path:
-        return ""
-    if os.path.isabs(path):
-        return path
-    return os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(result.Document.FileName or ".")), path))
+    return absolute_path(result.Document, result.MapPath)
 
 
 def set_map_folder(result, folder):
     """Remember a map, relative to the document where the map stands below the document's folder."""
-    base = os.path.dirname(result.Document.FileName) if result.Document.FileName else ""
-    if base and os.path.abspath(folder).startswith(os.path.abspath(base) + os.sep):
-        folder = os.path.relpath(folder, base)
-    result.MapPath = folder.replace(os.sep, "/")
+    result.MapPath = kept_path(result.Document, folder)

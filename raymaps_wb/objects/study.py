@@ -2,32 +2,102 @@
 """Study: the container of everything that one simulation needs, and its settings."""
 
 from raymaps_wb.compat import translate
-from raymaps_wb.objects.properties import Property, Proxy, make_object, type_of
+from raymaps_wb.objects.properties import Limits, Property, Proxy, make_object, only_added, type_of
+
+
+OBSERVERS = {
+    "CIE 1931, 2\u00b0": "cie_1931_2deg",
+    "CIE 1964, 10\u00b0": "cie_1964_10deg",
+}
+STORES = {
+    "RGB": "the light of each event in three bands: small",
+    "Spectral": "in all bands of a spectral simulation: larger, and spectra can be asked for afterwards",
+}
 
 
 class Study(Proxy):
     """A group of media, surface properties, sources, detectors and a result."""
 
     TYPE = "RayMaps::Study"
+    SCHEMA = 2
+    MIGRATIONS = {1: only_added}
     PROPERTIES = (
-        Property("App::PropertyInteger", "Rays", "Number of rays to simulate", 100_000),
-        Property("App::PropertyInteger", "Seed", "Seed of all random numbers: the same seed gives the same rays", 1),
+        Property("App::PropertyInteger", "Rays", "Number of rays to simulate", 100_000, limits=Limits(1, 1e12)),
         Property(
-            "App::PropertyInteger", "MaxEvents", "A ray with more events than this is ended, and recorded so", 1000
+            "App::PropertyInteger",
+            "Seed",
+            "Seed of all random numbers: the same seed gives the same rays",
+            1,
+            limits=Limits(0, 2**31),
+        ),
+        Property(
+            "App::PropertyInteger",
+            "MaxEvents",
+            "A ray with more events than this is ended, and recorded so",
+            1000,
+            limits=Limits(2, 100_000),
         ),
         Property(
             "App::PropertyFloat",
             "RouletteThreshold",
             "Share of its light (0 to 1) below which losses on surfaces end a ray by chance instead of dimming it",
             0.1,
+            limits=Limits(0, 1),
         ),
         Property(
-            "App::PropertyLength", "ChordTolerance", "Largest distance of the triangles to the CAD surface, in mm", 0.02
+            "App::PropertyLength",
+            "ChordTolerance",
+            "Largest distance of the triangles to the CAD surface, in mm",
+            0.02,
+            limits=Limits(0, unit=" mm", low_is_allowed=False),
         ),
         Property(
-            "App::PropertyAngle", "AngularDeflection", "Largest angle between neighbouring triangles, in degrees", 6.0
+            "App::PropertyAngle",
+            "AngularDeflection",
+            "Largest angle between neighbouring triangles, in degrees",
+            6.0,
+            limits=Limits(0, 90, " degrees", low_is_allowed=False),
         ),
         Property("App::PropertyLinkGlobal", "AmbientMedium", "Medium outside all bodies; none: vacuum"),
+        Property(
+            "App::PropertyFloat",
+            "SpectrumFromNm",
+            "Shortest wavelength of a spectral simulation, in nm; light of shorter ones is left out",
+            380.0,
+            label="Spectrum from (nm)",
+            limits=Limits(10, 1e6, " nm"),
+        ),
+        Property(
+            "App::PropertyFloat",
+            "SpectrumToNm",
+            "Longest wavelength of a spectral simulation, in nm",
+            780.0,
+            label="Spectrum to (nm)",
+            limits=Limits(10, 1e6, " nm"),
+        ),
+        Property(
+            "App::PropertyInteger",
+            "Bands",
+            "Number of equal bands in which a spectral simulation carries light; 32 makes 12.5 nm from 380 to 780 nm",
+            32,
+            label="Bands",
+            limits=Limits(1, 1000),
+        ),
+        Property(
+            "App::PropertyEnumeration",
+            "Observer",
+            "Standard observer behind the colours of a spectral simulation",
+            next(iter(OBSERVERS)),
+            choices=tuple(OBSERVERS),
+        ),
+        Property("App::PropertyEnumeration", "Store", "What is stored of a spectral simulation", "RGB", choices=STORES),
+        Property(
+            "App::PropertyStringList",
+            "Without",
+            "Effects that are switched off, by name, such as fresnel; the panel of the study lists them",
+            [],
+            label="Effects that a run simulates",
+        ),
     )
 
 

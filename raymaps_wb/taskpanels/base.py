@@ -2,6 +2,7 @@
 """A task panel that shows an object's properties, and only those that matter for its kind."""
 
 import math
+from html import escape
 from typing import Any
 
 import FreeCAD
@@ -11,7 +12,7 @@ import Part
 from raymaps_wb.compat import QtGui, QtWidgets, flags_as_int, primary_selection, translate
 from raymaps_wb.gui.active import PREFIX, is_own_step_open
 from raymaps_wb.paths import icon
-from raymaps_wb.taskpanels.editors import EDITORS, label_of
+from raymaps_wb.taskpanels.editors import WRONG, editor_of, label_of
 
 GAP_MM = 0.05  # between a face and what is put on it
 
@@ -22,6 +23,8 @@ class ObjectPanel:
     ICON = "raymaps"
     TITLE = ""
     LEFT_OUT: tuple[str, ...] = ()
+    EDITORS: dict[str, Any] = {}
+    SECTIONS: dict[str, str] = {}
 
     def __init__(self, obj):
         self.obj, self._is_new = obj, False
@@ -35,42 +38,55 @@ class ObjectPanel:
         self._name = QtWidgets.QLineEdit(obj.Label)
         self.layout.addRow(translate("Name"), self._name)
         self.editors: dict[str, Any] = {}
-        self._labels: dict[str, Any] = {}
+        self._rows: dict[str, tuple] = {}
         for prop in obj.Proxy.PROPERTIES:
-            editor_class = EDITORS.get(prop.kind)
-            if editor_class is None or prop.hidden or prop.read_only or prop.name in self.LEFT_OUT:
+            if prop.hidden or prop.read_only or prop.name in self.LEFT_OUT:
                 continue
-            self._add(prop, editor_class(obj, prop))
+            editor = self.EDITORS[prop.name](obj, prop) if prop.name in self.EDITORS else editor_of(obj, prop)
+            if editor is not None:
+                self.add(prop, editor)
         self.add_rows()
         self._message = QtWidgets.QLabel()
         self._message.setWordWrap(True)
-        self._message.setStyleSheet("color: #b00020")
+        self._message.setStyleSheet(f"color: {WRONG}")
         self.layout.addRow(self._message)
-        if "Kind" in self.editors:
-            self.editors["Kind"].changed.connect(self.show_for_kind)
-            self.show_for_kind(obj.Kind)
+        for name in {name for prop in obj.Proxy.PROPERTIES for name in prop.conditions}:
+            self.editors[name].changed.connect(lambda *_: self.show_relevant())
+        self.show_relevant()
 
-    def _add(self, prop, editor):
+    def add(self, prop, editor):
+        """A row for a property."""
+        if prop.name in self.SECTIONS:
+            self.layout.addRow(section_label(self.SECTIONS[prop.name]))
         label = QtWidgets.QLabel(label_of(prop))
-        for widget in (label, editor.widget):
-            widget.setToolTip(prop.text)
-        self.layout.addRow(label, editor.widget)
-        self.editors[prop.name], self._labels[prop.name] = editor, label
+        row = getattr(editor, "row", editor.widget)
+        for widget in (label, row, editor.widget):
+            widget.setToolTip(tooltip(prop.text))
+        if getattr(editor, "IS_WIDE", False):
+            self.layout.addRow(label)
+            self.layout.addRow(row)
+        else:
+            self.layout.addRow(label, row)
+        self.editors[prop.name], self._rows[prop.name] = editor, (label, row)
 
     def add_rows(self):
         """For rows of a panel's own."""
 
-    def shown(self, prop, kind):
-        """Whether a property matters for a kind."""
-        return not prop.shown_for or kind in prop.shown_for
+    def chosen(self, name):
+        """The present choice of an enumeration, chosen but perhaps not written yet."""
+        return self.editors[name].choice()
 
-    def show_for_kind(self, kind):
-        """Hide what does not matter for a kind."""
+    def show_relevant(self):
+        """Show only what matters for what is chosen."""
         for prop in self.obj.Proxy.PROPERTIES:
-            if prop.name in self.editors:
-                visible = self.shown(prop, kind)
-                self.editors[prop.name].widget.setVisible(visible)
-                self._labels[prop.name].setVisible(visible)
+            if prop.conditions and prop.name in self._rows:
+                for widget in self._rows[prop.name]:
+                    widget.setVisible(prop.matters(self.chosen))
+
+    def relevant(self):
+        """Editors of what matters for what is chosen."""
+        props = {prop.name: prop for prop in self.obj.Proxy.PROPERTIES}
+        return [editor for name, editor in self.editors.items() if props[name].matters(self.chosen)]
 
     def begin(self, is_new):
         """Open the step of undo that OK or Cancel ends; for a new object it is open since the object was made."""
@@ -80,14 +96,14 @@ class ObjectPanel:
 
     def check(self):
         """Raise ValueError in words if something that was typed can't be written."""
-        for editor in self.editors.values():
+        for editor in self.relevant():
             if hasattr(editor, "value"):
                 editor.value()
 
     def write(self):
-        """Write all editors to the object; raises ValueError in words."""
+        """Write what matters to the object; raises ValueError in words."""
         self.obj.Label = self._name.text().strip() or self.obj.Label
-        for editor in self.editors.values():
+        for editor in self.relevant():
             editor.write(self.obj)
 
     def accept(self):
@@ -135,13 +151,14 @@ class ObjectPanel:
     def add_placement_row(self, facing):
         """A row that tells how to place the object, and a button that puts it on the selected face.
 
-        ``facing`` 1: the object's z axis points out of the face; -1: into it.
+        ``facing`` 1: the object's z axis points out of the face; -1: into it; or a function that tells which.
         """
         button = QtWidgets.QPushButton(translate("Put on selected face"))
         button.setToolTip(translate("Moves it to the middle of the face selected in the 3D view, along its normal"))
-        button.clicked.connect(lambda: self._put_on_face(facing))
-        self.layout.addRow(translate("Placement"), button)
-        return button
+        button.clicked.connect(lambda: self._put_on_face(facing() if callable(facing) else facing))
+        label = QtWidgets.QLabel(translate("Placement"))
+        self.layout.addRow(label, button)
+        return label, button
 
     def _put_on_face(self, facing):
         placement = placement_on_selected_face(facing)
@@ -150,6 +167,18 @@ class ObjectPanel:
             return
         self._message.setText("")
         self.obj.Placement = placement
+
+
+def section_label(text):
+    """A heading above rows."""
+    label = QtWidgets.QLabel(f"<b>{text}</b>")
+    label.setContentsMargins(0, 8, 0, 0)
+    return label
+
+
+def tooltip(text):
+    """A tooltip that breaks lines where it is long; Qt does so for rich text only."""
+    return "<p>" + "<br>".join(escape(line) for line in text.split("\n")) + "</p>"
 
 
 def placement_on_selected_face(facing=1, gap_mm=GAP_MM):

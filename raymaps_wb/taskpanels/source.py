@@ -3,6 +3,8 @@
 
 from raymaps_wb.compat import translate
 from raymaps_wb.taskpanels.base import ObjectPanel
+from raymaps_wb.taskpanels.editors import SuggestedEditor
+from raymaps_wb.taskpanels.findings import map_detectors
 
 
 class SourcePanel(ObjectPanel):
@@ -10,13 +12,17 @@ class SourcePanel(ObjectPanel):
 
     ICON = "source"
     TITLE = translate("Source")
+    EDITORS = {"MapDetector": SuggestedEditor}
+    SECTIONS = {"Spectrum": translate("Colour and rays")}
 
     def add_rows(self):
-        self._place = self.add_placement_row(facing=1)
+        self._place = self.add_placement_row(lambda: -1 if self.chosen("Kind") == "Luminaire" else 1)
+        folder = self.editors["MapFolder"]
+        folder.changed.connect(lambda *_: self.editors["MapDetector"].offer(map_detectors(folder.path())))
+        if folder.path():
+            self.editors["MapDetector"].offer(map_detectors(folder.path()))
 
-    def shown(self, prop, kind):
-        return kind == "Faces" if prop.name == "References" else super().shown(prop, kind)
-
-    def show_for_kind(self, kind):
-        super().show_for_kind(kind)
-        self._place.setEnabled(kind != "Faces")
+    def show_relevant(self):
+        super().show_relevant()
+        for widget in self._place:
+            widget.setVisible(self.chosen("Kind") != "Faces")

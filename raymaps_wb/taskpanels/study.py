@@ -5,13 +5,20 @@ from raymaps_wb.compat import QtWidgets, translate
 from raymaps_wb.objects.medium import Medium
 from raymaps_wb.objects.study import members
 from raymaps_wb.taskpanels.base import ObjectPanel
+from raymaps_wb.taskpanels.effects import EffectsEditor
 
 
 class StudyPanel(ObjectPanel):
-    """Rays, seed, limits, fineness of the triangles, and the medium around everything."""
+    """Rays, limits, fineness of the triangles, the medium around everything, spectral light, and effects."""
 
     ICON = "study"
     TITLE = translate("Study")
+    EDITORS = {"Without": EffectsEditor}
+    SECTIONS = {
+        "Rays": translate("Rays"),
+        "ChordTolerance": translate("Triangles"),
+        "SpectrumFromNm": translate("Spectral light"),
+    }
 
     def add_rows(self):
         self._media = members(self.obj, Medium.TYPE)
@@ -19,9 +26,14 @@ class StudyPanel(ObjectPanel):
         self._ambient.addItems([translate("vacuum"), *(medium.Label for medium in self._media)])
         if self.obj.AmbientMedium in self._media:
             self._ambient.setCurrentIndex(1 + self._media.index(self.obj.AmbientMedium))
-        self.layout.addRow(translate("Medium outside all bodies"), self._ambient)
+        self._ambient.setSizeAdjustPolicy(QtWidgets.QComboBox.AdjustToMinimumContentsLengthWithIcon)
+        self.layout.insertRow(1, translate("Medium outside"), self._ambient)
 
     def write(self):
         super().write()
         index = self._ambient.currentIndex()
         self.obj.AmbientMedium = self._media[index - 1] if index > 0 else None
+
+    def _close(self):
+        self.editors["Without"].close()
+        super()._close()

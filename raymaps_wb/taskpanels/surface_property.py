@@ -5,14 +5,16 @@ from raymaps_wb.compat import QtWidgets, translate
 from raymaps_wb.objects.study import members, study_of
 from raymaps_wb.objects.surface_property import SurfaceProperty
 from raymaps_wb.taskpanels.base import ObjectPanel
+from raymaps_wb.taskpanels.layers import LayersEditor
 
 
 class SurfacePropertyPanel(ObjectPanel):
-    """Kind, coefficients, faces; for a mixture the weight of each of the study's other properties."""
+    """Kind, its figures, faces; for a mixture the weight of each of the study's other properties."""
 
     ICON = "surface_property"
     TITLE = translate("Surface property")
-    LEFT_OUT = ("Parts", "Weights")
+    EDITORS = {"LayerMedia": LayersEditor}
+    LEFT_OUT = ("Parts", "Weights", "LayerThicknessNm")
 
     def add_rows(self):
         study = study_of(self.obj)
@@ -33,14 +35,14 @@ class SurfacePropertyPanel(ObjectPanel):
         self._table_label = QtWidgets.QLabel(translate("Mixture of"))
         self.layout.insertRow(2, self._table_label, self._table)
 
-    def show_for_kind(self, kind):
-        super().show_for_kind(kind)
+    def show_relevant(self):
+        super().show_relevant()
         for widget in (self._table, self._table_label):
-            widget.setVisible(kind == "Mixture")
+            widget.setVisible(self.chosen("Kind") == "Mixture")
 
     def check(self):
         super().check()
-        if self.editors["Kind"].widget.currentText() == "Mixture":
+        if self.chosen("Kind") == "Mixture":
             self._mixture()
 
     def write(self):

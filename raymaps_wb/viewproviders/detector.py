@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""ViewDetector: a detector as a plate with an arrow along its normal."""
+"""ViewDetector: a rectangle as a plate with an arrow along its normal; other detectors have nothing to draw."""
 
 from raymaps_wb.viewproviders import glyphs
 from raymaps_wb.viewproviders.base import DrawnViewProxy
@@ -11,9 +11,11 @@ class ViewDetector(DrawnViewProxy):
     """Drawn in the detector's own coordinates; FreeCAD applies the placement."""
 
     ICON = "detector"
-    REDRAWN_BY = ("Width", "Height", "Side")
+    REDRAWN_BY = ("Kind", "Width", "Height", "Side")
 
     def nodes(self, obj):
+        if obj.Kind != "Rectangle":  # faces are there to see, and the far field is everywhere
+            return []
         w, h = float(obj.Width) / 2, float(obj.Height) / 2
         corners = [(-w, -h, 0), (w, -h, 0), (w, h, 0), (-w, h, 0)]
         length = 0.3 * min(w, h) or 1.0

@@ -171,16 +171,18 @@ class DocumentsTest(DocumentTest):
         self.assertEqual(float(detector.Width), 77)
 
         class NewerDetector(Detector):
-            SCHEMA = 3
+            SCHEMA = Detector.SCHEMA + 2
             PROPERTIES = (*Detector.PROPERTIES, Property("App::PropertyString", "Note", "A later property", "new"))
             MIGRATIONS = {
-                1: lambda obj: setattr(obj, "Width", float(obj.Width) + 1),
-                2: lambda obj: setattr(obj, "Width", float(obj.Width) * 10),
+                Detector.SCHEMA: lambda obj: setattr(obj, "Width", float(obj.Width) + 1),
+                Detector.SCHEMA + 1: lambda obj: setattr(obj, "Width", float(obj.Width) * 10),
             }
 
         newer = NewerDetector.__new__(NewerDetector)
         newer.onDocumentRestored(detector)
-        self.assertEqual((float(detector.Width), detector.SchemaVersion, detector.Note), (780, 3, "new"))
+        self.assertEqual(
+            (float(detector.Width), detector.SchemaVersion, detector.Note), (780, Detector.SCHEMA + 2, "new")
+        )
         newer.onDocumentRestored(detector)
         self.assertEqual(float(detector.Width), 780)
 

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Which effects a scene calls for: ``raymaps explain SCENE --json`` in a process of its own."""
+
+import json
+from collections import namedtuple
+
+from raymaps_wb.compat import QtCore
+from raymaps_wb.tracer.interpreter import child_environment, find_interpreter, tracer_arguments
+from raymaps_wb.tracer.process import LineProcess, last_sentence
+
+#: name, summary: text. needed: whether the scene calls for it. because: tuple of reasons. off: whether it is switched off.
+Effect = namedtuple("Effect", "name summary needed because off")
+
+
+class Explanation(QtCore.QObject):
+    """Asks for the effects of one scene. Signals: ``explained(list of Effect)``; ``failed(str)`` with one sentence."""
+
+    explained = QtCore.Signal(object)
+    failed = QtCore.Signal(str)
+
+    def __init__(self, scene, parent=None):
+        """Raises `TracerError` if there is no interpreter."""
+        super().__init__(parent)
+        self._text = ""
+        arguments = tracer_arguments(["explain", scene, "--json"])
+        self.process = LineProcess(find_interpreter().path, arguments, child_environment(), self)
+        self.process.line.connect(self._line)
+        self.process.ended.connect(self._end)
+
+    def start(self):
+        """Start asking; returns at once."""
+        self.process.start()
+
+    def stop(self):
+        """Ask no more; nothing is told."""
+        self.process.ended.disconnect(self._end)
+        self.process.stop()
+
+    def _line(self, text):
+        self._text += text + "\n"
+
+    def _end(self, code, crashed):
+        try:
+            effects = effects_of(json.loads(self._text))
+        except (ValueError, KeyError, TypeError):
+            said = last_sentence(self.process.errors)
+            how = "crashed or was killed" if crashed else f"ended with exit code {code}"
+            self.failed.emit(said if code == 3 and said else f"The tracer {how} before it told the effects.")
+            return
+        self.explained.emit(effects)
+
+
+def effects_of(answer):
+    """Effects as they stand in the answer of ``explain``."""
+    return [
+        Effect(
+            str(effect["name"]),
+            str(effect.get("summary", "")),
+            bool(effect["needed"]),
+            tuple(str(reason) for reason in effect.get("because", ())),
+            bool(effect.get("off", False)),
+        )
+        for effect in answer["effects"]
+    ]
+
+
+def simulated(effects):
+    """Effects that a run simulates: called for, and not switched off."""
+    return [effect for effect in effects if effect.needed and not effect.off]
+
+
+def switched_off(effects):
+    """Effects that the scene calls for and that are switched off."""
+    return [effect for effect in effects if effect.off]
+
+
+def title_of(effect):
+    """Name of an effect as people read it."""
+    return effect.name.replace("_", " ")
