@@ -48,6 +48,12 @@ Reference = TypeVar("Reference", bound=Record)
 D_LINE_NM = 587.5618
 
 
+#: Angles of a phase function that are closer are certainly a mistake, and their difference is lost in rounding.
+CLOSEST_DEG = 1e-9
+#: A mean free path far below the size of an atom.
+LARGEST_SCATTERING_PER_MM = 1e12
+
+
 class DispersionFormula(Record):
     """Refractive index by a formula; coefficients for wavelengths in µm."""
 
@@ -158,9 +164,18 @@ class TabulatedPhase(Record):
     def _is_a_table(self) -> TabulatedPhase:
         check_ascending(self.angle_deg, "angle_deg")
         if len(self.value) != len(self.angle_deg):
-            raise ValueError(f"{len(self.angle_deg)} angles need as many values, got {len(self.value)}")
+            raise ValueError(
+                f"{len(self.angle_deg)} angles need as many values of the phase function, got {len(self.value)}"
+            )
         if self.angle_deg[0] != 0 or self.angle_deg[-1] != 180:
-            raise ValueError("a phase function must reach from 0 to 180 degrees")
+            raise ValueError(
+                "a phase function must reach from 0 to 180 degrees, got "
+                f"{self.angle_deg[0]:g} to {self.angle_deg[-1]:g}"
+                + (": give the angles in degrees, not in radians" if 3.1 < self.angle_deg[-1] < 3.2 else "")
+            )
+        for before, after in zip(self.angle_deg, self.angle_deg[1:], strict=False):
+            if after - before < CLOSEST_DEG:
+                raise ValueError(f"angle_deg: {before!r} and {after!r} are closer than {CLOSEST_DEG:g} degrees")
         if max(self.value) <= 0:
             raise ValueError("a phase function must be above 0 somewhere")
         return self
@@ -172,8 +187,20 @@ PhaseFunction = Annotated[IsotropicPhase | HenyeyGreenstein | TabulatedPhase, Fi
 class Scattering(Record):
     """One kind of scatterers in a medium; a medium can hold several."""
 
-    coefficient_per_mm: SpectralNonNegative = Field(description="Scattering coefficient in 1/mm, over wavelength.")
-    phase: PhaseFunction = IsotropicPhase()
+    coefficient_per_mm: SpectralNonNegative = Field(
+        description="Scattering coefficient in 1/mm: one number, one for each of r, g, b, or a table."
+    )
+    phase: PhaseFunction = Field(IsotropicPhase(), description="In which directions they scatter.")
+
+    @model_validator(mode="after")
+    def _is_possible(self) -> Scattering:
+        value = self.coefficient_per_mm
+        largest = max(value.value if isinstance(value, SpectrumTable) else value)
+        if largest > LARGEST_SCATTERING_PER_MM:
+            raise ValueError(
+                f"coefficient_per_mm must not be above {LARGEST_SCATTERING_PER_MM:g} 1/mm, got {largest:g}: check its unit"
+            )
+        return self
 
 
 class Medium(Record):
