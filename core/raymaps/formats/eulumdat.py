@@ -130,7 +130,7 @@ class _Lines:
 
     def __init__(self, text: str, path: Path):
         self._path = path
-        self._lines = [line.strip() for line in split_lines(text.replace("\x1a", ""))]
+        self._lines = [line.strip() for line in split_lines(text.replace("\x1a", "").rstrip())]
 
     def _line(self, number: int, what: str) -> str:
         if number > len(self._lines):
