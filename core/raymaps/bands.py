@@ -47,8 +47,8 @@ class Bands:
     observer : str
         Standard observer behind the colours.
     rgb_per_w : (n_bands, 3) float64
-        Linear sRGB of 1 W in each band, scaled so that the luminance 0.2126 r + 0.7152 g + 0.0722 b is in units of 683 lm;
-        in an RGB simulation the bands themselves.
+        Linear sRGB of 1 W in each band, scaled so that the luminance 0.2126 r + 0.7152 g + 0.0722 b is in units of
+        683 lm; in an RGB simulation the bands themselves.
     lumen_per_w : (n_bands,) float64 or None
         Luminous efficacy of each band; None in an RGB simulation, which knows no lumens.
     """
@@ -134,8 +134,8 @@ class Bands:
             light = np.interp(self.high_nm, nm, cumulated) - np.interp(self.low_nm, nm, cumulated)
         if not light.sum() > 0:
             raise SceneError(
-                f"{where}: it shines in no wavelength from {self.low_nm.min():g} to {self.high_nm.max():g} nm, which are "
-                "simulated: change its spectrum or settings.spectrum."
+                f"{where}: it shines in none of the wavelengths that are simulated, {self.low_nm.min():g} to "
+                f"{self.high_nm.max():g} nm: change its spectrum or settings.spectrum."
             )
         return light / light.sum()
 

@@ -50,6 +50,7 @@ class StoredLight(str, Enum):
     """How light is stored."""
 
     rgb = "rgb"
+    spectral = "spectral"
 
 
 #: Faults that ``check`` tells in words.
@@ -123,7 +124,9 @@ def trace(
     rays: Annotated[int | None, typer.Option(min=1, help="Number of rays; by default the scene's.")] = None,
     seed: Annotated[int | None, typer.Option(min=0, max=2**64 - 1, help="Seed; by default the scene's.")] = None,
     threads: Annotated[int | None, typer.Option(min=1, max=1024, help="By default one a processor.")] = None,
-    store: Annotated[StoredLight, typer.Option(help="How light is stored.")] = StoredLight.rgb,
+    store: Annotated[
+        StoredLight | None, typer.Option(help="What is kept of spectral light; by default as the scene says.")
+    ] = None,
     portion: Annotated[int | None, typer.Option(min=1, max=10_000_000, help="Rays of a portion.")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with a map, or add rays to it.")] = False,
     progress: Annotated[ProgressStyle | None, typer.Option(help="By default a bar on a terminal.")] = None,
@@ -141,7 +144,7 @@ def trace(
     with _teller(style, output) as teller:
         raymap = simulate(
             scene, output, rays=rays, seed=seed, threads=threads, resume=resume, portion_rays=portion,
-            on_progress=teller.progress, on_note=teller.note, stop=stop,
+            store=store.value if store else None, on_progress=teller.progress, on_note=teller.note, stop=stop,
         )  # fmt: skip
     ledger = energy_ledger(raymap)
     if style is ProgressStyle.json:
@@ -381,31 +384,12 @@ def detector(
 
 
 @app.command()
-def explain(scene: SceneFile, as_json: AsJson = False) -> None:
-    """Which effects a scene calls for, and by what."""
-    from raymaps.effects import EFFECTS, needed_effects
-    from raymaps.scene import load_scene
+def explain(what: SceneOrMap, as_json: AsJson = False) -> None:
+    """Which effects a scene calls for, and by what; of a map also the share of the time that each took."""
+    from raymaps.results.explanation import explain as explained
 
-    needed = needed_effects(load_scene(scene))
-    if as_json:
-        _print_json(
-            {
-                "effects": [
-                    {
-                        "name": e.name,
-                        "summary": e.summary,
-                        "needed": e.name in needed,
-                        "because": list(needed.get(e.name, ())),
-                    }
-                    for e in EFFECTS
-                ]
-            }
-        )
-        return
-    for effect in EFFECTS:
-        _say(f"{'simulated' if effect.name in needed else 'not needed':<12}{effect.name:<20}{effect.summary}")
-        for reason in needed.get(effect.name, ()):
-            _say(f"{'':<14}because of {reason}")
+    explanation = explained(what)
+    _print_json(explanation.to_dict()) if as_json else _say(explanation.to_text())
 
 
 @app.command()

@@ -167,7 +167,8 @@ def _check_interfaces(scene: Scene) -> None:
         where = next((place for place in places if place in bare), None)
         if where is not None and is_interface(scene.surfaces[surface]):
             raise SceneError(
-                f"Surface '{surface}' of {where} is an interface between two media but the body has no medium: give it one."
+                f"Surface '{surface}' of {where} is an interface between two media but the body has no medium: give it "
+                "one."
             )
 
 
@@ -305,15 +306,22 @@ def _tables(
 
 
 def _told(value: Any, passed_over: tuple[str, ...]) -> Any:
-    """A part of a scene as plain data. What stands at its default is left out, but for the kind of an object: so a field
-    that a later version brings changes no hash."""
+    """A part of a scene as plain data.
+
+    What stands at its default is left out, but for the kind of an object: a field that a later version brings changes
+    no hash.
+    """
     if isinstance(value, Record):
         fields = type(value).model_fields
         return {
             name: _told(getattr(value, name), passed_over)
             for name, field in fields.items()
             if name not in passed_over
-            and (name == "kind" or field.is_required() or getattr(value, name) != field.get_default(call_default_factory=True))
+            and (
+                name == "kind"
+                or field.is_required()
+                or getattr(value, name) != field.get_default(call_default_factory=True)
+            )
         }
     if isinstance(value, dict):
         return {key: _told(entry, passed_over) for key, entry in value.items()}

@@ -47,7 +47,9 @@ def _table(what: str, name: str) -> tuple[Float, Float]:
     if name not in tables:
         raise SceneError(unknown_name(what, name, tables))
     table = tables[name]
-    return np.array(table.wavelengths, np.float64), np.array(table.values, np.float64).reshape(len(table.wavelengths), -1)
+    return np.array(table.wavelengths, np.float64), np.array(table.values, np.float64).reshape(
+        len(table.wavelengths), -1
+    )
 
 
 def _at(nm: Float, what: str, name: str, *, clamp: bool = False) -> Float:

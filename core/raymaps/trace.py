@@ -155,7 +155,9 @@ class Tracer:
             # the surface: what happens there is up to the effect that its property belongs to
             transport.arrive(active, wave, tables)
             if depth == settings.max_events - 1:
-                is_open = (wave.state[active] == transport.PENDING) | (wave.state[active] == EventKind.MEDIUM_SCATTERING)
+                is_open = (wave.state[active] == transport.PENDING) | (
+                    wave.state[active] == EventKind.MEDIUM_SCATTERING
+                )
                 wave.state[active[is_open]] = EventKind.KILLED_DEPTH
             clock.book("intersection")
             for stage in self._stages["surface"]:
@@ -207,9 +209,7 @@ class Tracer:
 class _EventLog:
     """Events and crossings of a portion as they come, a chunk a depth."""
 
-    def __init__(
-        self, compiled: CompiledScene, n_rays: int, position_type: np.dtype, crossings_stage: _Stage | None
-    ):
+    def __init__(self, compiled: CompiledScene, n_rays: int, position_type: np.dtype, crossings_stage: _Stage | None):
         self._compiled = compiled
         self._crossings_stage = crossings_stage
         self._n_events = np.zeros(n_rays, np.int64)

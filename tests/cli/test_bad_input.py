@@ -147,7 +147,7 @@ def test_bad_map(raymaps, small_map, tmp_path, damage):
     target = path / "portions" / "000000000000" / "rays.parquet"
     if damage == "newer":
         manifest = json.loads((path / "manifest.json").read_text(encoding="utf-8"))
-        (path / "manifest.json").write_text(json.dumps({**manifest, "version": 2}), encoding="utf-8")
+        (path / "manifest.json").write_text(json.dumps({**manifest, "version": 3}), encoding="utf-8")
     elif damage == "truncated":
         target.write_bytes(target.read_bytes()[: target.stat().st_size // 2])
     elif damage == "removed":

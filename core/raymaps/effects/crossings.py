@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.effects.lowering import Lowering
-
 from raymaps.scene import RectangleDetector, Scene
 
 __all__ = ["CROSSING", "Data", "lower", "needed_by", "rectangle_crossing"]
@@ -33,7 +32,9 @@ CROSSING = np.dtype(
 
 def needed_by(scene: Scene) -> tuple[str, ...]:
     """A scene calls for crossings if it has a rectangle."""
-    return tuple(f"detector '{n}'" for n, detector in scene.detectors.items() if isinstance(detector, RectangleDetector))
+    return tuple(
+        f"detector '{n}'" for n, detector in scene.detectors.items() if isinstance(detector, RectangleDetector)
+    )
 
 
 class Data(NamedTuple):

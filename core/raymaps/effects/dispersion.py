@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Dispersion: a refractive index that depends on wavelength.
 
-A ray carries its whole spectrum until it first meets a surface that refracts between media of which one disperses. There one wavelength
-is drawn by the spectrum that the ray then has, and the ray goes on with all its light at that wavelength. Each band's expectation stays
-what it was, so nothing is biased.
+A ray carries its whole spectrum until it first meets a surface that refracts between media of which one disperses.
+There one wavelength is drawn by the spectrum that the ray then has, and the ray goes on with all its light at that
+wavelength. Each band's expectation stays what it was, so nothing is biased.
 """
 
 from __future__ import annotations
@@ -63,8 +63,8 @@ def lower(lowering: Lowering) -> Data:
         first, last = medium.refractive_index.range_nm
         if low < first - 1e-9 or high > last + 1e-9:
             raise SceneError(
-                f"Medium '{name}': its refractive index is known from {first:g} to {last:g} nm, but light from {low:g} to "
-                f"{high:g} nm is simulated: narrow settings.spectrum, give the medium data that reach further, or "
+                f"Medium '{name}': its refractive index is known from {first:g} to {last:g} nm, but light from "
+                f"{low:g} to {high:g} nm is simulated: narrow settings.spectrum, give the medium data that reach further, or "
                 'switch the effect off by settings.without ["dispersion"].'
             )
         row.append(len(index))

@@ -19,7 +19,7 @@ __all__ = ["needed_by"]
 
 def _depends_on_wavelength(value: Any) -> bool:
     if isinstance(value, BsdfTable):
-        return any(lobe.wavelength_nm is not None for lobe in value.lobes)
+        return value.is_spectral
     return is_spectral(value)
 
 

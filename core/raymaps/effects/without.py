@@ -55,9 +55,7 @@ def specular_only(kind: str) -> Change:
     return lambda scene: _with_surfaces(
         scene,
         kind,
-        lambda prop: Coefficients(
-            specular_reflectance=prop.reflectance, specular_transmittance=prop.transmittance
-        ),
+        lambda prop: Coefficients(specular_reflectance=prop.reflectance, specular_transmittance=prop.transmittance),
     )
 
 

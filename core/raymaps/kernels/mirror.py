@@ -37,9 +37,7 @@ def run(active, wave, tables, data, key, depth):
         if wave.state[i] != PENDING or tables.surface_kind[surface] != _HERE:
             continue
         _, u, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), depth, ON_SURFACE)
-        kept = draw_reflection(
-            wave.light[i], data.reflectance[surface], key.roulette_threshold, u
-        )
+        kept = draw_reflection(wave.light[i], data.reflectance[surface], key.roulette_threshold, u)
         if not kept:
             wave.state[i] = _ABSORPTION
             continue

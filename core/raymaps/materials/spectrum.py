@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Values that may depend on wavelength, and on the angle of incidence.
 
-A *spectral value* is one number, a value for each of red, green and blue, or a table over wavelength; a table may stand in
-a file of its own. Tables are interpolated linearly. What a table says nothing of is refused, or takes its border value
+A *spectral value* is one number, a value for each of red, green and blue, or a table over wavelength; a table may
+stand in a file of its own. Tables are interpolated linearly. What a table says nothing of is refused, or takes its border value
 if ``outside`` is "clamp".
 """
 
@@ -18,8 +18,8 @@ from raymaps.formats.spectrum_csv import read_spectrum
 from raymaps.materials.values import NonNegative, Number, Record, RgbNonNegative, RgbShare, Share, file_content
 
 __all__ = [
-    "SHORTEST_NM",
     "LONGEST_NM",
+    "SHORTEST_NM",
     "AngularShare",
     "AngularTable",
     "SpectralNonNegative",
@@ -92,7 +92,7 @@ class NonNegativeTable(SpectrumTable):
 
 
 class SpectrumFile(Record):
-    """A spectrum in a CSV file of two columns, wavelength in nm and value; it becomes a table when the scene is read."""
+    """A spectrum in a CSV file of two columns, wavelength in nm and value; a table once the scene is read."""
 
     file: str = Field(min_length=1, description="CSV file, relative to the scene file.")
     outside: Outside = "refuse"
@@ -162,12 +162,16 @@ SpectralShare = Annotated[
     _reads(RgbShare, ShareTable),
 ]
 SpectralNonNegative = Annotated[
-    Annotated[Annotated[RgbNonNegative, Tag("bands")] | Annotated[NonNegativeTable, Tag("table")], Discriminator(_form)],
+    Annotated[
+        Annotated[RgbNonNegative, Tag("bands")] | Annotated[NonNegativeTable, Tag("table")], Discriminator(_form)
+    ],
     _reads(RgbNonNegative, NonNegativeTable),
 ]
 AngularShare = Annotated[
     Annotated[
-        Annotated[RgbShare, Tag("bands")] | Annotated[ShareTable, Tag("table")] | Annotated[AngularTable, Tag("angles")],
+        Annotated[RgbShare, Tag("bands")]
+        | Annotated[ShareTable, Tag("table")]
+        | Annotated[AngularTable, Tag("angles")],
         Discriminator(_form),
     ],
     _reads(RgbShare, ShareTable, AngularTable),

@@ -12,7 +12,22 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 
 from raymaps.errors import FormatError
 
-__all__ = ["Angle", "Integer", "Name", "NonNegative", "Number", "Positive", "Record", "Rgb", "RgbNonNegative", "RgbShare", "Share", "Vector", "file_content", "nonzero"]
+__all__ = [
+    "Angle",
+    "Integer",
+    "Name",
+    "NonNegative",
+    "Number",
+    "Positive",
+    "Record",
+    "Rgb",
+    "RgbNonNegative",
+    "RgbShare",
+    "Share",
+    "Vector",
+    "file_content",
+    "nonzero",
+]
 
 
 class Record(BaseModel):

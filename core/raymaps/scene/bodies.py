@@ -43,7 +43,6 @@ def _plain(data: dict[str, Any]) -> dict[str, Any]:
 FreeData = Annotated[dict[str, Any], AfterValidator(_plain)]
 
 
-
 class FaceGroup(Record):
     """One CAD face: its name, the number of its triangles, and its exact surface as the exporter describes it."""
 

@@ -351,7 +351,9 @@ class Portion:
         try:
             return Lights.from_columns(self._read("lights"), self.bands)
         except ValueError as error:
-            raise MapError(f"Ray Map file '{self.folder / 'lights.parquet'}' is damaged ({error}); {REMEDY}.") from error
+            raise MapError(
+                f"Ray Map file '{self.folder / 'lights.parquet'}' is damaged ({error}); {REMEDY}."
+            ) from error
 
     @cached_property
     def event_light(self) -> NDArray[np.uint32]:

@@ -142,7 +142,9 @@ class RayMap:
         """Open a map; raises `MapError` if it is missing, damaged, or newer than this program."""
         path = Path(path)
         manifest = Manifest.read(path)
-        return cls(path, manifest, [Portion.open(folder, manifest.names, manifest.bands) for folder in _portion_folders(path)])
+        return cls(
+            path, manifest, [Portion.open(folder, manifest.names, manifest.bands) for folder in _portion_folders(path)]
+        )
 
     @cached_property
     def scene(self) -> Scene:
