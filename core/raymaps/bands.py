@@ -127,11 +127,11 @@ class Bands:
         light = np.zeros(self.n)
         if isinstance(source.spectrum, SpectralLines):
             shares = source.spectrum.share or (1.0,) * len(source.spectrum.wavelength_nm)
-            for nm, share in zip(source.spectrum.wavelength_nm, shares, strict=True):
-                light[np.flatnonzero((self.low_nm == nm) & (self.high_nm == nm))[0]] += share
+            for line_nm, share in zip(source.spectrum.wavelength_nm, shares, strict=True):
+                light[np.flatnonzero((self.low_nm == line_nm) & (self.high_nm == line_nm))[0]] += share
         else:
             nm, cumulated = self._cumulated(source)
-            light = np.interp(self.high_nm, nm, cumulated) - np.interp(self.low_nm, nm, cumulated)
+            light[:] = np.interp(self.high_nm, nm, cumulated) - np.interp(self.low_nm, nm, cumulated)
         if not light.sum() > 0:
             raise SceneError(
                 f"{where}: it shines in none of the wavelengths that are simulated, {self.low_nm.min():g} to "

@@ -15,7 +15,7 @@ from raymaps.effects.usage import used_surfaces
 from raymaps.errors import RayMapsError, SceneError
 from raymaps.materials import Mixture
 from raymaps.results.ledger import energy_ledger
-from raymaps.scene import Scene, load_scene
+from raymaps.scene import RectangleDetector, Scene, load_scene
 from raymaps.store import RayMap
 from raymaps.store.columns import REMEDY
 
@@ -62,7 +62,7 @@ def _geometry_findings(scene: Scene) -> Iterator[Finding]:
         yield Finding("The scene has no body: all light leaves it.")
     smallest = min(
         [float(np.ptp(mesh.vertices_mm, axis=0).max()) for mesh in compiled.meshes]
-        + [max(detector.width_mm, detector.height_mm) for detector in scene.detectors.values()],
+        + [max(d.width_mm, d.height_mm) for d in scene.detectors.values() if isinstance(d, RectangleDetector)],
         default=0.0,
     )
     if 0 < smallest < 2000 * compiled.frame.grid_mm:

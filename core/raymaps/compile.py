@@ -312,17 +312,13 @@ def _told(value: Any, passed_over: tuple[str, ...]) -> Any:
     no hash.
     """
     if isinstance(value, Record):
-        fields = type(value).model_fields
-        return {
-            name: _told(getattr(value, name), passed_over)
-            for name, field in fields.items()
-            if name not in passed_over
-            and (
-                name == "kind"
-                or field.is_required()
-                or getattr(value, name) != field.get_default(call_default_factory=True)
-            )
-        }
+        told = {}
+        for name, field in type(value).model_fields.items():
+            default = None if field.is_required() else field.get_default(call_default_factory=True)
+            entry = getattr(value, name)
+            if name not in passed_over and (name == "kind" or field.is_required() or entry != default):
+                told[name] = _told(entry, passed_over)
+        return told
     if isinstance(value, dict):
         return {key: _told(entry, passed_over) for key, entry in value.items()}
     return [_told(entry, passed_over) for entry in value] if isinstance(value, tuple) else value

@@ -253,7 +253,7 @@ class _EventLog:
             **self._crossing_columns(offsets),
         )  # fmt: skip
 
-    def _crossing_columns(self, offsets: NDArray[np.int64]) -> dict[str, NDArray]:
+    def _crossing_columns(self, offsets: NDArray[np.int64]) -> dict[str, Any]:
         """Columns of the crossings, in the order of the rays and along each ray."""
         if not self._crossings:
             return {

@@ -35,7 +35,7 @@ class Data(NamedTuple):
     row: NDArray[np.int16]  # (n_media,) row of a dispersive medium's index, -1 for the others
     first_nm: float
     step_nm: float
-    index: NDArray[np.float64]  # (n_dispersive media, n_wavelengths)
+    n: NDArray[np.float64]  # (n_dispersive media, n_wavelengths) refractive index
     quantile_nm: NDArray[np.float64]  # (n_sources, n_bands, n_quantiles) wavelengths of a source's light in a band
 
 
@@ -55,17 +55,19 @@ def lower(lowering: Lowering) -> Data:
     n_steps = max(1, int(np.ceil(high - low)))
     step_nm = (high - low) / n_steps if high > low else 1.0
     grid = low + step_nm * np.arange(-1, n_steps + 2)
-    row, index = [], []
+    used = used_media(lowering.scene)
+    row: list[int] = []
+    index: list[NDArray[np.float64]] = []
     for name, medium in zip(lowering.names.media, lowering.media, strict=True):
-        if not medium.is_dispersive or medium.is_conductor:
+        if name not in used or isinstance(medium.refractive_index, float | int) or medium.is_conductor:
             row.append(-1)
             continue
         first, last = medium.refractive_index.range_nm
         if low < first - 1e-9 or high > last + 1e-9:
             raise SceneError(
                 f"Medium '{name}': its refractive index is known from {first:g} to {last:g} nm, but light from "
-                f"{low:g} to {high:g} nm is simulated: narrow settings.spectrum, give the medium data that reach further, or "
-                'switch the effect off by settings.without ["dispersion"].'
+                f"{low:g} to {high:g} nm is simulated: narrow settings.spectrum, give the medium data that reach further, "
+                'or switch the effect off by settings.without ["dispersion"].'
             )
         row.append(len(index))
         index.append(medium.index_at(grid))
@@ -85,7 +87,7 @@ def interpolated_index(data: Data, row: int, wavelength_nm: float) -> float:
     M. Abramowitz, I. Stegun: Handbook of Mathematical Functions, eq. 25.2.13.
     """
     place = (wavelength_nm - data.first_nm) / data.step_nm
-    first = min(max(int(place) - 1, 0), data.index.shape[1] - 4)
+    first = min(max(int(place) - 1, 0), data.n.shape[1] - 4)
     p = place - first - 1
     weights = (-p * (p - 1) * (p - 2) / 6, (p * p - 1) * (p - 2) / 2, -p * (p + 1) * (p - 2) / 2, p * (p * p - 1) / 6)
-    return float(np.dot(weights, data.index[row, first : first + 4]))
+    return float(np.dot(weights, data.n[row, first : first + 4]))

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.bands import Bands
+from raymaps.effects.usage import surfaces_in_use
 from raymaps.frame import Frame
 from raymaps.materials import Medium
 from raymaps.names import Names
@@ -45,9 +46,10 @@ class Lowering:
         return np.array([medium.index_at(self.bands.index_nm) for medium in self.media])
 
     def by_surface(self, kind: str, field: str) -> NDArray[np.float64]:
-        """A spectral value of the surface properties of one kind by band, (n_surfaces, n_bands); 0 for the others."""
+        """A spectral value of the surface properties of one kind by band, (n_surfaces, n_bands); 0 where it is not used."""
         values = np.zeros((len(self.names.surfaces), self.bands.n))
+        used = surfaces_in_use(self.scene)
         for index, (name, prop) in enumerate(self.scene.surfaces.items()):
-            if prop.kind == kind:
+            if prop.kind == kind and name in used:
                 values[index] = self.bands.average(getattr(prop, field), f"Surface '{name}', {field}")
         return values

@@ -6,7 +6,7 @@ from __future__ import annotations
 from raymaps.materials import Mixture
 from raymaps.scene import Scene
 
-__all__ = ["faces_of_kind", "used_media", "used_surfaces"]
+__all__ = ["faces_of_kind", "surfaces_in_use", "used_media", "used_surfaces"]
 
 
 def used_surfaces(scene: Scene) -> dict[str, list[str]]:
@@ -19,6 +19,16 @@ def used_surfaces(scene: Scene) -> dict[str, list[str]]:
             used.setdefault(body.surface, []).append(f"body '{name}'")
         for face, surface in body.face_surfaces.items():
             used.setdefault(surface, []).append(f"face '{name}.{face}'")
+    return used
+
+
+def surfaces_in_use(scene: Scene) -> set[str]:
+    """Surface properties that light can meet, parts of mixtures too."""
+    used = set(used_surfaces(scene))
+    for name in list(used):
+        prop = scene.surfaces[name]
+        if isinstance(prop, Mixture):
+            used |= {part.surface for part in prop.parts if part.weight > 0}
     return used
 
 

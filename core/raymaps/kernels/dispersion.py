@@ -14,9 +14,9 @@ from raymaps.kernels.transport import PENDING
 def index_at(data, row, wavelength_nm):
     """See `raymaps.effects.dispersion.interpolated_index`."""
     place = (wavelength_nm - data.first_nm) / data.step_nm
-    first = min(max(int(place) - 1, 0), data.index.shape[1] - 4)
+    first = min(max(int(place) - 1, 0), data.n.shape[1] - 4)
     p = place - first - 1.0
-    values = data.index[row]
+    values = data.n[row]
     return (
         -p * (p - 1.0) * (p - 2.0) / 6.0 * values[first]
         + (p * p - 1.0) * (p - 2.0) / 2.0 * values[first + 1]

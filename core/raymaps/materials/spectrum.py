@@ -2,8 +2,8 @@
 """Values that may depend on wavelength, and on the angle of incidence.
 
 A *spectral value* is one number, a value for each of red, green and blue, or a table over wavelength; a table may
-stand in a file of its own. Tables are interpolated linearly. What a table says nothing of is refused, or takes its border value
-if ``outside`` is "clamp".
+stand in a file of its own. Tables are interpolated linearly. What a table says nothing of is refused, or takes its
+border value if ``outside`` is "clamp".
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class SpectrumTable(Record):
 
     def at(self, wavelength_nm: ArrayLike) -> NDArray[np.float64]:
         """Values at wavelengths, any shape; the border values outside."""
-        return np.interp(wavelength_nm, self.wavelength_nm, self.value)
+        return np.interp(np.asarray(wavelength_nm, np.float64), self.wavelength_nm, self.value)
 
     @property
     def range_nm(self) -> tuple[float, float]:
@@ -136,7 +136,9 @@ class AngularTable(Record):
     def at_angles(self, angle_deg: ArrayLike) -> tuple[SpectrumTable, ...] | tuple[float, ...]:
         """The table's spectrum at each of the angles, (n_angles,): tables over wavelength, or numbers without them."""
         values = np.array(self.value)
-        rows = np.stack([np.interp(angle_deg, self.angle_deg, column) for column in values.T], axis=-1)
+        rows = np.stack(
+            [np.interp(np.asarray(angle_deg, np.float64), self.angle_deg, column) for column in values.T], axis=-1
+        )
         if self.wavelength_nm is None:
             return tuple(float(row[0]) for row in rows)
         return tuple(

@@ -88,14 +88,14 @@ class Manifest:
         except (OSError, ValueError, RecursionError) as error:
             raise damaged from error
         version = data.get("version") if isinstance(data, dict) else None
-        if type(version) is int and version > MAP_VERSION:
+        if isinstance(version, int) and version > MAP_VERSION:
             raise MapError(
                 f"Ray Map '{folder}' has version {version}, this program reads up to version {MAP_VERSION}: "
                 "update Ray Maps."
             )
         try:
             data = unseal(data)
-            if data["format"] != MAP_FORMAT or version not in range(1, MAP_VERSION + 1):
+            if data["format"] != MAP_FORMAT or type(version) is not int or version < 1:
                 raise ValueError("another format")
             return cls(
                 seed=int(data["seed"]),
