@@ -82,7 +82,8 @@ def _index(obj, where):
         if len(obj.Coefficients) not in counts:
             allowed = ", ".join(map(str, counts))
             raise ExportError(
-                f"{where}: the formula {obj.Formula} takes {allowed} coefficients, got {len(obj.Coefficients)}: {equation}."
+                f"{where}: the formula {obj.Formula} takes {allowed} coefficients, "
+                f"got {len(obj.Coefficients)}: {equation}."
             )
         data = {"formula": formula, "coefficients": list(obj.Coefficients)}
         for key, value in (("from_nm", obj.FromNm), ("to_nm", obj.ToNm)):

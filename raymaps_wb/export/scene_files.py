@@ -72,7 +72,7 @@ class SceneFiles:
         return name
 
     def digests(self, known=None):
-        """SHA-256 of each file by name, as 64 hexadecimal digits; ``known`` keeps those of files that did not change."""
+        """SHA-256 of each file by name, in hexadecimal; ``known`` keeps those of files that did not change."""
         known = {} if known is None else known
         found = {str(name): _digest(path, known) for name, path in self.files.items()}
         for name, path in self.maps.items():

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """A surface property as a scene has it."""
 
+from typing import Any
+
 from raymaps_wb.errors import ExportError
 from raymaps_wb.export.values import prop_of, spectral_value
 from raymaps_wb.objects.surface_property import SCENE_KINDS
@@ -41,7 +43,7 @@ def surface_property(obj, name, properties, media, files):
     ExportError
     """
     where = f"Surface property '{name}'"
-    data = {"kind": SCENE_KINDS[obj.Kind]}
+    data: dict[str, Any] = {"kind": SCENE_KINDS[obj.Kind]}
     for key, prop in VALUES.get(obj.Kind, {}).items():
         none_given = 1.0 if obj.Kind == "Mirror" else 0.0
         data[key] = spectral_value(obj, prop_of(obj, prop), where, files, none_given)
@@ -59,8 +61,8 @@ def surface_property(obj, name, properties, media, files):
 def _layers(obj, where, media):
     if len(obj.LayerMedia) != len(obj.LayerThicknessNm) or not obj.LayerMedia:
         raise ExportError(
-            f"{where}: a thin film needs layers, each with a medium and a thickness, got {len(obj.LayerMedia)} media and "
-            f"{len(obj.LayerThicknessNm)} thicknesses."
+            f"{where}: a thin film needs layers, each with a medium and a thickness, got {len(obj.LayerMedia)} media "
+            f"and {len(obj.LayerThicknessNm)} thicknesses."
         )
     unknown = [layer.Label for layer in obj.LayerMedia if layer not in media]
     if unknown:
@@ -77,7 +79,8 @@ def _layers(obj, where, media):
 def _parts(obj, where, properties):
     if len(obj.Parts) != len(obj.Weights) or not obj.Parts:
         raise ExportError(
-            f"{where}: a mixture needs a weight for each part, got {len(obj.Parts)} parts and {len(obj.Weights)} weights."
+            f"{where}: a mixture needs a weight for each part, got {len(obj.Parts)} parts and "
+            f"{len(obj.Weights)} weights."
         )
     unknown = [part.Label for part in obj.Parts if part not in properties]
     if unknown:

@@ -22,7 +22,9 @@ def read_table(path):
     ExportError
         If it can't be read, is not text, or a line is not numbers.
     """
-    name, heading, rows = os.path.basename(path), (), []
+    name = os.path.basename(path)
+    heading: tuple[str, ...] = ()
+    rows: list[tuple[float, ...]] = []
     for number, line in enumerate(_text(path, name).splitlines(), 1):
         cells = [cell for cell in re.split(r"[,;\t ]+", line.strip()) if cell]
         if not cells or cells[0].startswith("#"):
@@ -74,6 +76,8 @@ def over_angle(path, largest_deg):
     """A function of an angle from 0 on, as a scene has it; raises `ExportError`."""
     angle_deg, value = two_columns(path, "angle in degrees and value")
     _check_angles(angle_deg, path, largest_deg)
+    if angle_deg[0] != 0:
+        raise ExportError(f"File '{os.path.basename(path)}': the first angle must be 0, got {angle_deg[0]:g}.")
     return {"angle_deg": angle_deg, "value": value}
 
 
@@ -102,8 +106,8 @@ def share_over_angle(path):
     wavelength_nm = _numbers(table.heading[1:])
     if not wavelength_nm or len(wavelength_nm) != len(columns) - 1:
         raise ExportError(
-            f"File '{name}': its first line must name the wavelength in nm of each of the {len(columns) - 1} columns of "
-            "values, such as angle_deg, 450, 550, 650."
+            f"File '{name}': its first line must name the wavelength in nm of each of the {len(columns) - 1} columns "
+            "of values, such as angle_deg, 450, 550, 650."
         )
     _check_ascending(wavelength_nm, path)
     _check_wavelengths(wavelength_nm, path)

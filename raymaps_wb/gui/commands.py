@@ -98,7 +98,7 @@ class NewSurfaceProperty(NewMember):
     """Adds a surface property."""
 
     NAME, ICON, TEXT = "RayMaps_SurfaceProperty", "surface_property", "New surface property"
-    TIP = "Adds a surface property (absorber, mirror, matte, polished, coated, rough, measured) for the selected bodies and faces"
+    TIP = "Adds a surface property (mirror, matte, polished, coated, rough ...) for the selected bodies and faces"
 
     def make(self, document, study):
         return make_surface_property(document, study)

@@ -15,7 +15,7 @@ D_LINE_NM = 587.5618
 @lru_cache(maxsize=1)
 def catalogue():
     """All media by group: a dict of group, such as "Glasses", to dict of name to data as in a scene."""
-    groups = {}
+    groups: dict[str, dict[str, dict]] = {}
     if not os.path.isdir(MATERIAL_FOLDER):
         return groups
     for file_name in sorted(os.listdir(MATERIAL_FOLDER)):
@@ -37,7 +37,7 @@ def catalogue_medium(name):
 
 
 def told(data):
-    """What people want to know of a medium: its index at the d line, what else it has, and where its figures are from."""
+    """What people want to know of a medium: index at the d line, what else it does, and where its figures are from."""
     index, parts = _index(data.get("refractive_index")), []
     if index is not None:
         parts.append(f"n = {index:.5g} at 588 nm")

@@ -21,8 +21,8 @@ MEASURES = {"Incident": "all light that arrives", "Absorbed": "what the faces ab
 class Detector(Proxy):
     """A rectangle around its placement's origin, faces of a body, or all directions around its placement's axes.
 
-    The normal of the rectangle is the z axis, its width runs along the x axis. In the far field gamma is 0 along -z and C
-    is 0 along x, as a luminaire hangs.
+    The normal of the rectangle is the z axis, its width runs along the x axis. In the far field gamma is 0 along -z and
+    C is 0 along x, as a luminaire hangs.
     """
 
     TYPE = "RayMaps::Detector"
@@ -107,7 +107,7 @@ class Detector(Proxy):
             "ResolutionGamma",
             "Number of cells from the axis, over gamma from 0 to 180 degrees: 36 makes steps of 5 degrees",
             36,
-            label="Cells from axis (\u03b3)",
+            label="Cells from axis (γ)",
             shown_for=("Far field",),
             limits=Limits(1, 10000),
         ),

@@ -27,49 +27,48 @@ KINDS = {
 NUMBER, FORMULA, TABLE = "Number", "Formula", "Table file"
 INDEX_FORMS = {
     NUMBER: "one refractive index for all wavelengths",
-    FORMULA: "a dispersion formula and its coefficients, for wavelengths in \u00b5m",
+    FORMULA: "a dispersion formula and its coefficients, for wavelengths in µm",
     TABLE: "a file with two columns, wavelength in nm and refractive index",
 }
 #: Formula as people know it: its name in a scene, equation with its coefficients, and allowed numbers of them.
 FORMULAS = {
     "Sellmeier": (
         "sellmeier",
-        "n\u00b2 = 1 + \u03a3 B\u03bb\u00b2 / (\u03bb\u00b2 \u2212 C): B1 C1 B2 C2 B3 C3",
+        "n² = 1 + Σ Bλ² / (λ² − C): B1 C1 B2 C2 B3 C3",
         range(2, 21, 2),
     ),
     "Schott": (
         "schott",
-        "n\u00b2 = a0 + a1\u03bb\u00b2 + a2\u03bb\u207b\u00b2 + a3\u03bb\u207b\u2074 + ...: a0 a1 a2 a3 a4 a5",
+        "n² = a0 + a1λ² + a2λ⁻² + a3λ⁻⁴ + ...: a0 a1 a2 a3 a4 a5",
         range(2, 9),
     ),
-    "Cauchy": ("cauchy", "n = A + B\u03bb\u207b\u00b2 + C\u03bb\u207b\u2074 + ...: A B C", range(1, 9)),
-    "Conrady": ("conrady", "n = n0 + A/\u03bb + B/\u03bb^3.5: n0 A B", range(3, 4)),
+    "Cauchy": ("cauchy", "n = A + Bλ⁻² + Cλ⁻⁴ + ...: A B C", range(1, 9)),
+    "Conrady": ("conrady", "n = n0 + A/λ + B/λ^3.5: n0 A B", range(3, 4)),
     "Herzberger": (
         "herzberger",
-        "n = A + BL + CL\u00b2 + D\u03bb\u00b2 + E\u03bb\u2074 + F\u03bb\u2076, L = 1/(\u03bb\u00b2 \u2212 0.028): A B C D E F",
+        "n = A + BL + CL² + Dλ² + Eλ⁴ + Fλ⁶, L = 1/(λ² − 0.028): A B C D E F",
         range(3, 7),
     ),
     "Sellmeier with powers": (
         "sellmeier_powers",
-        "n\u00b2 = c0 + s1 \u03bb^e1/(\u03bb\u00b2 \u2212 p1) + s2 \u03bb^e2/(\u03bb\u00b2 \u2212 p2) + \u03a3 c\u03bb^e: "
-        "c0 s1 e1 p1 s2 e2 p2 c1 e1 ...",
+        "n² = c0 + s1 λ^e1/(λ² − p1) + s2 λ^e2/(λ² − p2) + Σ cλ^e: c0 s1 e1 p1 s2 e2 p2 c1 e1 ...",
         range(7, 16, 2),
     ),
-    "Power series": ("power_series", "n = c0 + \u03a3 c\u03bb^e: c0 c1 e1 c2 e2 ...", range(1, 20, 2)),
-    "Power series of n\u00b2": (
+    "Power series": ("power_series", "n = c0 + Σ cλ^e: c0 c1 e1 c2 e2 ...", range(1, 20, 2)),
+    "Power series of n²": (
         "power_series_squared",
-        "n\u00b2 = c0 + \u03a3 c\u03bb^e: c0 c1 e1 c2 e2 ...",
+        "n² = c0 + Σ cλ^e: c0 c1 e1 c2 e2 ...",
         range(1, 20, 2),
     ),
-    "Gases": ("gases", "n = 1 + c0 + \u03a3 B/(C \u2212 \u03bb\u207b\u00b2): c0 B1 C1 B2 C2 ...", range(1, 18, 2)),
+    "Gases": ("gases", "n = 1 + c0 + Σ B/(C − λ⁻²): c0 B1 C1 B2 C2 ...", range(1, 18, 2)),
     "Lorentz-Lorenz": (
         "lorentz_lorenz",
-        "(n\u00b2 \u2212 1)/(n\u00b2 + 2) = c0 + B\u03bb\u00b2/(\u03bb\u00b2 \u2212 C) + D\u03bb\u00b2: c0 B C D",
+        "(n² − 1)/(n² + 2) = c0 + Bλ²/(λ² − C) + Dλ²: c0 B C D",
         range(4, 5),
     ),
     "Damped": (
         "damped",
-        "n\u00b2 = c0 + B/(\u03bb\u00b2 \u2212 C) + D(\u03bb \u2212 E)/((\u03bb \u2212 E)\u00b2 + F): c0 B C D E F",
+        "n² = c0 + B/(λ² − C) + D(λ − E)/((λ − E)² + F): c0 B C D E F",
         range(6, 7),
     ),
 }
@@ -136,7 +135,7 @@ class Medium(Proxy):
         Property(
             "App::PropertyEnumeration",
             "Formula",
-            "Dispersion formula, \u03bb in \u00b5m",
+            "Dispersion formula, λ in µm",
             "Sellmeier",
             choices={name: equation for name, (_, equation, _) in FORMULAS.items()},
             shown_for=(OWN,),
@@ -145,7 +144,7 @@ class Medium(Proxy):
         Property(
             "App::PropertyFloatList",
             "Coefficients",
-            "Coefficients in the order of the formula, for wavelengths in \u00b5m; at first those of N-BK7",
+            "Coefficients in the order of the formula, for wavelengths in µm; at first those of N-BK7",
             [1.03961212, 0.00600069867, 0.231792344, 0.0200179144, 1.01046945, 103.560653],
             shown_for=(OWN,),
             when={"Index": (FORMULA,)},
@@ -183,7 +182,7 @@ class Medium(Proxy):
         ),
         *spectral(
             "AbsorptionPerMm",
-            "Absorption coefficient a in 1/mm: a share exp(-a d) is left after d mm; 0 for a medium of the catalogue: its own",
+            "Absorption coefficient a in 1/mm: exp(-a d) is left after d mm; 0 for a medium of the catalogue: its own",
             [0.0],
             file="AbsorptionFile",
             label="Absorption (1/mm)",
@@ -220,7 +219,7 @@ class Medium(Proxy):
         Property(
             "App::PropertyStringList",
             "ScatteringFiles",
-            "Phase function of each where it is a table: a file with two columns, angle from 0 to 180 degrees and value",
+            "Phase function of each that is a table: a file with two columns, angle from 0 to 180 degrees and value",
             shown_for=_NOT_A_FILE,
         ),
         outside_property(_NOT_A_FILE),
@@ -245,7 +244,7 @@ def make_medium(document, study=None, label=None, preset=None, kind=OWN):
 
 
 def scatterers(obj):
-    """Scatterers of a medium: a list of (kind, coefficient as text, g, phase function file), as far as they are given."""
+    """Scatterers of a medium: a list of (kind, coefficient as text, g, phase function file), as far as given."""
     kinds = list(obj.ScatteringKinds)
     columns = [list(getattr(obj, name)) for name in SCATTERING[1:]]
     filled = [

@@ -71,7 +71,7 @@ class Source(Proxy):
         Property(
             "App::PropertyLength",
             "Radius",
-            "Radius of the beam, in mm; of the sun's light: of the disc that it passes through, wide enough for the model",
+            "Radius of the beam, in mm; of the sun: of the disc that its light passes through",
             5.0,
             shown_for=("Disc", "Sun"),
             limits=Limits(0, unit=" mm", low_is_allowed=False),
@@ -79,7 +79,7 @@ class Source(Proxy):
         Property(
             "App::PropertyLength",
             "WaistRadius",
-            "Radius of the waist in mm, where the irradiance is 1/e\u00b2 of that in the middle",
+            "Radius of the waist in mm, where the irradiance is 1/e² of that in the middle",
             0.5,
             shown_for=("Gaussian beam",),
             limits=Limits(0, unit=" mm", low_is_allowed=False),
@@ -87,7 +87,7 @@ class Source(Proxy):
         Property(
             "App::PropertyAngle",
             "Divergence",
-            "Half angle in degrees at which the intensity is 1/e\u00b2; a laser of 0.5 mm waist and 633 nm has 0.023",
+            "Half angle in degrees at which the intensity is 1/e²; a laser of 0.5 mm waist and 633 nm has 0.023",
             0.0,
             shown_for=("Gaussian beam",),
             limits=Limits(0, 45, " degrees"),
@@ -173,7 +173,7 @@ class Source(Proxy):
         Property(
             "App::PropertyFloatList",
             "RGB",
-            "Relative flux of red, green and blue; white is 1 1 1",
+            "Relative flux of red, green and blue; white is 1 1 1, and leaves the colours of a ray file as they are",
             [1.0, 1.0, 1.0],
             label="Red, green, blue",
             when={"Spectrum": (RGB,)},

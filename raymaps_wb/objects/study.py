@@ -4,10 +4,9 @@
 from raymaps_wb.compat import translate
 from raymaps_wb.objects.properties import Limits, Property, Proxy, make_object, only_added, type_of
 
-
 OBSERVERS = {
-    "CIE 1931, 2\u00b0": "cie_1931_2deg",
-    "CIE 1964, 10\u00b0": "cie_1964_10deg",
+    "CIE 1931, 2°": "cie_1931_2deg",
+    "CIE 1964, 10°": "cie_1964_10deg",
 }
 STORES = {
     "RGB": "the light of each event in three bands: small",

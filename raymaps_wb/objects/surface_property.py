@@ -84,7 +84,7 @@ class SurfaceProperty(Proxy):
         Property(
             "App::PropertyFloat",
             "AbgA",
-            "A of BSDF = A / (B + |\u03b2 - \u03b20|^g), in 1/sr; with B = 0.0001 and g = 2, A = 0.0003 scatters 0.9 %",
+            "A of BSDF = A / (B + |β - β0|^g), in 1/sr; with B = 0.0001 and g = 2, A = 0.0003 scatters 0.9 %",
             0.0003,
             label="A (1/sr)",
             shown_for=("ABg",),
@@ -93,7 +93,7 @@ class SurfaceProperty(Proxy):
         Property(
             "App::PropertyFloat",
             "AbgB",
-            "B of BSDF = A / (B + |\u03b2 - \u03b20|^g); the lobe is flat inside |\u03b2 - \u03b20| = B^(1/g)",
+            "B of BSDF = A / (B + |β - β0|^g); the lobe is flat inside |β - β0| = B^(1/g)",
             0.0001,
             label="B",
             shown_for=("ABg",),
@@ -102,7 +102,7 @@ class SurfaceProperty(Proxy):
         Property(
             "App::PropertyFloat",
             "AbgG",
-            "Exponent g of BSDF = A / (B + |\u03b2 - \u03b20|^g): 1 to 3 for polished surfaces",
+            "Exponent g of BSDF = A / (B + |β - β0|^g): 1 to 3 for polished surfaces",
             2.0,
             label="g",
             shown_for=("ABg",),

@@ -56,7 +56,7 @@ class EffectsEditor:
         """Show effects: those that are needed with their reasons, the others in a branch of their own."""
         self.widget.blockSignals(True)
         self.widget.clear()
-        others = [effect for effect in effects if not (effect.needed or effect.off)]
+        others = [effect for effect in effects if not (effect.needed or effect.because)]
         for effect in effects:
             if effect not in others:
                 self._branch(effect)
@@ -80,7 +80,8 @@ class EffectsEditor:
         is_off = effect.name in self._without
         item.setCheckState(0, QtCore.Qt.Unchecked if is_off else QtCore.Qt.Checked)
         for column_index in (0, 1):
-            item.setToolTip(column_index, "\n".join([effect.summary, *effect.because]))
+            instead = [f"instead: {effect.off}"] if effect.off else []
+            item.setToolTip(column_index, "\n".join([effect.summary, *effect.because, *instead]))
         for reason in effect.because if len(effect.because) > 1 else ():
             child = QtWidgets.QTreeWidgetItem(item, ["", reason])
             child.setToolTip(1, reason)

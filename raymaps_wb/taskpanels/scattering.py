@@ -9,8 +9,8 @@ from raymaps_wb.taskpanels.editors import beside
 from raymaps_wb.taskpanels.lists import ListEditor
 
 TIP = (
-    "Scattering coefficient in 1/mm: the mean free path is its inverse. One number such as 0.5, three for red, green and "
-    "blue, or a spectrum file"
+    "Scattering coefficient in 1/mm: the mean free path is its inverse. One number such as 0.5, three for red, green "
+    "and blue, or a spectrum file"
 )
 
 

@@ -8,7 +8,8 @@ from raymaps_wb.compat import QtCore
 from raymaps_wb.tracer.interpreter import child_environment, find_interpreter, tracer_arguments
 from raymaps_wb.tracer.process import LineProcess, last_sentence
 
-#: name, summary: text. needed: whether the scene calls for it. because: tuple of reasons. off: whether it is switched off.
+#: name, summary: text. needed: whether a run simulates it. because: tuple of reasons, also of what is switched off.
+#: off: what takes its place if it is switched off, else empty.
 Effect = namedtuple("Effect", "name summary needed because off")
 
 
@@ -58,20 +59,20 @@ def effects_of(answer):
             str(effect.get("summary", "")),
             bool(effect["needed"]),
             tuple(str(reason) for reason in effect.get("because", ())),
-            bool(effect.get("off", False)),
+            str(effect.get("off") or ""),
         )
         for effect in answer["effects"]
     ]
 
 
 def simulated(effects):
-    """Effects that a run simulates: called for, and not switched off."""
+    """Effects that a run simulates."""
     return [effect for effect in effects if effect.needed and not effect.off]
 
 
 def switched_off(effects):
     """Effects that the scene calls for and that are switched off."""
-    return [effect for effect in effects if effect.off]
+    return [effect for effect in effects if effect.off and effect.because]
 
 
 def title_of(effect):

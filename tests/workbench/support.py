@@ -5,6 +5,7 @@ import json
 import os
 import shutil
 import struct
+import subprocess
 import tempfile
 import unittest
 
@@ -17,6 +18,8 @@ from raymaps_wb.objects.references import set_references
 from raymaps_wb.objects.source import make_source
 from raymaps_wb.objects.study import make_study
 from raymaps_wb.objects.surface_property import make_surface_property
+from raymaps_wb.paths import CORE_FOLDER
+from raymaps_wb.tracer.interpreter import find_interpreter, tracer_arguments
 
 ADDON = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 EXAMPLES = os.path.join(ADDON, "examples")
@@ -84,6 +87,27 @@ class DocumentTest(unittest.TestCase):
         document.saveAs(path)
         FreeCAD.closeDocument(document.Name)
         return FreeCAD.openDocument(path)
+
+
+def check_scene(path):
+    """What the core has against a scene: sentences, none if it is sound."""
+    command = [find_interpreter().path, *tracer_arguments(["check", path, "--json"])]
+    run = subprocess.run(command, capture_output=True, text=True, env=clean_environment(), timeout=120)
+    if not run.stdout:
+        return [run.stderr.strip() or f"exit code {run.returncode}"]
+    return [finding["text"] for finding in json.loads(run.stdout)["findings"] if finding["severity"] == "fault"]
+
+
+def ask_core(code):
+    """What Python code that imports the core prints."""
+    command = [find_interpreter().path, "-c", code]
+    environment = {**clean_environment(), "PYTHONPATH": CORE_FOLDER}
+    return subprocess.run(command, capture_output=True, text=True, env=environment, timeout=120, check=True).stdout
+
+
+def clean_environment():
+    """The environment without what would mislead another Python than FreeCAD's."""
+    return {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "QT_", "LD_"))}
 
 
 def close_all():
