@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from raymaps.bands import RGB_BANDS, Bands, spectral_bands
 from raymaps.effects import EFFECTS, Lowering, needed_effects, scene_without
-from raymaps.effects.usage import used_surfaces
+from raymaps.effects.usage import used_media, used_surfaces
 from raymaps.errors import SceneError
 from raymaps.frame import Frame
 from raymaps.geometry import BodyMesh, load_bodies, mesh_digest, winding_number
@@ -128,6 +128,8 @@ def compile_scene(scene: Scene) -> CompiledScene:
     outside = _media_outside(acting, meshes, names)
     tables = _tables(acting, meshes, names, frame, box, outside, tuple(media.values()))
     source_media = tuple(_medium_of_source(acting, name, meshes, names, outside) for name in scene.sources)
+    if "dispersion" not in effects:
+        _check_indices(acting, names, tables)
     lowering = Lowering(acting, names, bands, tuple(media.values()), frame)
     data = {effect.name: effect.lower(lowering) for effect in EFFECTS if effect.name in effects}
     source_light = np.array([bands.light_of(source, f"Source '{name}'") for name, source in scene.sources.items()])
@@ -169,6 +171,17 @@ def _check_interfaces(scene: Scene) -> None:
             raise SceneError(
                 f"Surface '{surface}' of {where} is an interface between two media but the body has no medium: give it "
                 "one."
+            )
+
+
+def _check_indices(scene: Scene, names: Names, tables: Tables) -> None:
+    """Media that light can travel in need an index at the d line, which stands for all light."""
+    used = used_media(scene)
+    for name, index in zip(names.media, tables.medium_index, strict=True):
+        if name in used and not scene.media[name].is_conductor and not index > 0:
+            raise SceneError(
+                f"Medium '{name}': its refractive index is not known at {D_LINE_NM:g} nm, which stands for all light "
+                "without dispersion: give it as a number."
             )
 
 

@@ -66,8 +66,8 @@ def lower(lowering: Lowering) -> Data:
         if low < first - 1e-9 or high > last + 1e-9:
             raise SceneError(
                 f"Medium '{name}': its refractive index is known from {first:g} to {last:g} nm, but light from "
-                f"{low:g} to {high:g} nm is simulated: narrow settings.spectrum, give the medium data that reach further, "
-                'or switch the effect off by settings.without ["dispersion"].'
+                f"{low:g} to {high:g} nm is simulated: narrow settings.spectrum, give the medium data that reach "
+                'further, or switch the effect off by settings.without ["dispersion"].'
             )
         row.append(len(index))
         index.append(medium.index_at(grid))

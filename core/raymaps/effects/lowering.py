@@ -3,14 +3,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.bands import Bands
-from raymaps.effects.usage import surfaces_in_use
+from raymaps.effects.usage import surfaces_in_use, used_media
 from raymaps.frame import Frame
 from raymaps.materials import Medium
 from raymaps.names import Names
@@ -45,8 +47,17 @@ class Lowering:
         """Refractive index of each medium in each band, (n_media, n_bands)."""
         return np.array([medium.index_at(self.bands.index_nm) for medium in self.media])
 
+    def by_medium(self, value_of: Callable[[Medium], Any], what: str) -> NDArray[np.float64]:
+        """A spectral value of the media that light can travel in, by band, (n_media, n_bands); 0 for the others."""
+        values = np.zeros((len(self.media), self.bands.n))
+        used = used_media(self.scene)
+        for index, (name, medium) in enumerate(zip(self.names.media, self.media, strict=True)):
+            if name in used and not medium.is_conductor:
+                values[index] = self.bands.average(value_of(medium), f"Medium '{name}', {what}")
+        return values
+
     def by_surface(self, kind: str, field: str) -> NDArray[np.float64]:
-        """A spectral value of the surface properties of one kind by band, (n_surfaces, n_bands); 0 where it is not used."""
+        """A spectral value of the properties of one kind that are in use, by band, (n_surfaces, n_bands); else 0."""
         values = np.zeros((len(self.names.surfaces), self.bands.n))
         used = surfaces_in_use(self.scene)
         for index, (name, prop) in enumerate(self.scene.surfaces.items()):

@@ -34,11 +34,8 @@ def needed_by(scene: Scene) -> tuple[str, ...]:
 
 def lower(lowering: Lowering) -> Data:
     """Absorption of each medium by band."""
-    by_band = [
-        lowering.bands.average(medium.absorption_per_mm, f"Medium '{name}', absorption_per_mm")
-        for name, medium in zip(lowering.names.media, lowering.media, strict=True)
-    ]
-    return Data(np.array(by_band) * lowering.frame.unit_mm)
+    by_band = lowering.by_medium(lambda medium: medium.absorption_per_mm, "absorption_per_mm")
+    return Data(by_band * lowering.frame.unit_mm)
 
 
 def absorbed_share(
