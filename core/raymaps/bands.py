@@ -12,6 +12,7 @@ Reflectance, EGSR 2019.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -21,7 +22,14 @@ from numpy.typing import NDArray
 from raymaps.errors import SceneError
 from raymaps.materials import D_LINE_NM, SpectrumTable
 from raymaps.scene import BlackBody, EmissionTable, Illuminant, Scene, Source, SpectralBands, SpectralLines
-from raymaps.spectral_data import basis_functions, black_body, illuminant, luminous_efficacy, srgb_of_wavelengths
+from raymaps.spectral_data import (
+    basis_functions,
+    black_body,
+    illuminant,
+    illuminant_wavelengths,
+    luminous_efficacy,
+    srgb_of_wavelengths,
+)
 
 __all__ = ["RGB_BANDS", "Bands", "spectral_bands"]
 
@@ -29,10 +37,10 @@ Float = NDArray[np.float64]
 
 #: Dominant wavelengths of the sRGB primaries (IEC 61966-2-1): what stands for a band where a wavelength is asked for.
 _PRIMARIES_NM = (611.4, 549.1, 464.2)
-#: Points of the cumulated spectrum of a source within a band.
-_QUANTILES = 17
-#: Step in nm at which spectra are looked at.
+#: Step in nm at which smooth spectra are looked at.
 _STEP_NM = 0.5
+#: Share of a source's light below which a band has none: what rounding leaves.
+_NO_LIGHT = 1e-12
 
 
 @dataclass(frozen=True)
@@ -106,10 +114,19 @@ class Bands:
                 "settings.spectrum."
             )
         if self.is_spectral:
-            return self._over_bands(lambda nm: value.at(nm)[None])[0]
+            return self._means_of(value)
         nm = np.arange(380.0, 780.5, 5.0)
         weights = basis_functions(nm)
         return (weights * value.at(nm)).sum(axis=1) / weights.sum(axis=1)
+
+    def _means_of(self, table: SpectrumTable) -> Float:
+        """Mean of a table over each band, (n_bands,), exact."""
+        nm = np.unique(np.concatenate([table.wavelength_nm, self.low_nm, self.high_nm]))
+        area = _cumulated(nm, table.at(nm))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            mean = (np.interp(self.high_nm, nm, area) - np.interp(self.low_nm, nm, area)) / (self.high_nm - self.low_nm)
+        mean = np.where(self.high_nm > self.low_nm, mean, table.at(self.low_nm))
+        return np.clip(mean, min(table.value), max(table.value))
 
     def _over_bands(self, values_at: Any) -> Float:
         """Mean over each band of functions of wavelength: (n,) nm to (n_functions, n); gives (n_functions, n_bands)."""
@@ -130,40 +147,42 @@ class Bands:
             for line_nm, share in zip(source.spectrum.wavelength_nm, shares, strict=True):
                 light[np.flatnonzero((self.low_nm == line_nm) & (self.high_nm == line_nm))[0]] += share
         else:
-            nm, cumulated = self._cumulated(source)
-            light[:] = np.interp(self.high_nm, nm, cumulated) - np.interp(self.low_nm, nm, cumulated)
+            nm, cumulated = self.spread((source,))
+            light[:] = np.interp(self.high_nm, nm, cumulated[0]) - np.interp(self.low_nm, nm, cumulated[0])
         if not light.sum() > 0:
             raise SceneError(
                 f"{where}: it shines in none of the wavelengths that are simulated, {self.low_nm.min():g} to "
                 f"{self.high_nm.max():g} nm: change its spectrum or settings.spectrum."
             )
+        light[light < _NO_LIGHT * light.sum()] = 0.0
         return light / light.sum()
 
-    def _cumulated(self, source: Source) -> tuple[Float, Float]:
-        """Wavelengths, and the source's flux up to each of them."""
-        nm = np.unique(np.concatenate([self.low_nm, self.high_nm]))
-        nm = np.unique(np.concatenate([nm, np.arange(nm[0], nm[-1], _STEP_NM)]))
-        if isinstance(source.spectrum, EmissionTable):
-            nm = np.unique(np.concatenate([nm, source.spectrum.wavelength_nm]))
-        density = spectral_density(source, nm)
-        steps = (density[1:] + density[:-1]) / 2 * np.diff(nm)
-        return nm, np.concatenate([[0.0], np.cumsum(steps)])
+    def spread(self, sources: Iterable[Source]) -> tuple[Float, Float]:
+        """How the light of sources is spread over wavelengths.
 
-    def quantiles(self, source: Source) -> Float:
-        """Wavelengths in nm below which 0, 1/16, ... 1 of the source's light in each band lies, (n_bands, 17)."""
-        even = np.linspace(0.0, 1.0, _QUANTILES)
-        result = self.low_nm[:, None] + even * (self.high_nm - self.low_nm)[:, None]
-        if self.is_spectral and not isinstance(source.spectrum, SpectralLines):
-            nm, cumulated = self._cumulated(source)
-            low, high = np.interp(self.low_nm, nm, cumulated), np.interp(self.high_nm, nm, cumulated)
-            for band in np.flatnonzero(high > low):
-                inside = (nm >= self.low_nm[band]) & (nm <= self.high_nm[band])
-                climbing = np.maximum.accumulate(cumulated[inside]) + 1e-12 * (high[band] - low[band]) * np.arange(
-                    inside.sum()
-                )
-                targets = climbing[0] + even * (climbing[-1] - climbing[0])
-                result[band] = np.interp(targets, climbing, nm[inside])
-        return result
+        Returns
+        -------
+        nm : (n_nm,) float64, ascending
+            The borders of all bands are among them.
+        cumulated : (n_sources, n_nm) float64
+            Relative light below each wavelength; 0 throughout for sources of single wavelengths, and in an RGB
+            simulation.
+        """
+        sources = tuple(sources)
+        known = [_told_at_nm(source) for source in sources if self.is_spectral]
+        nm = np.concatenate(
+            [
+                np.linspace(a, b, math.ceil((b - a) / _STEP_NM) + 1)
+                for a, b in zip(self.low_nm, self.high_nm, strict=True)
+            ]
+            + known
+        )
+        nm = np.unique(np.clip(nm, self.low_nm.min(), self.high_nm.max()))
+        cumulated = np.zeros((len(sources), len(nm)))
+        for row, source in zip(cumulated, sources, strict=True):
+            if self.is_spectral and not isinstance(source.spectrum, SpectralLines):
+                row[:] = _cumulated(nm, spectral_density(source, nm))
+        return nm, cumulated
 
     def to_dict(self) -> dict[str, Any]:
         """As stored in a map's manifest."""
@@ -207,6 +226,23 @@ def spectral_density(source: Source, nm: Float) -> Float:
     return np.array(source.rgb) @ basis_functions(nm)
 
 
+def _told_at_nm(source: Source) -> Float:
+    """Wavelengths between which a source's spectrum is linear, with those at which it jumps to zero; or none."""
+    spectrum = source.spectrum
+    if isinstance(spectrum, EmissionTable):
+        nm = np.array(spectrum.wavelength_nm)
+    elif isinstance(spectrum, Illuminant):
+        nm = illuminant_wavelengths(spectrum.name)
+    else:
+        return np.zeros(0)
+    return np.concatenate([[np.nextafter(nm[0], 0.0)], nm, [np.nextafter(nm[-1], np.inf)]])
+
+
+def _cumulated(nm: Float, value: Float) -> Float:
+    """Integral of a value that is linear between wavelengths up to each of them, (n,)."""
+    return np.concatenate([[0.0], np.cumsum((value[1:] + value[:-1]) / 2 * np.diff(nm))])
+
+
 def spectral_bands(scene: Scene) -> Bands:
     """The bands of a spectral simulation: those of ``settings.spectrum`` in which a source shines, then single lines.
 
@@ -244,8 +280,8 @@ def _rgb_of(source: Source) -> Float:
             nm = np.array(source.spectrum.wavelength_nm)
             weight = np.array(source.spectrum.share or np.ones(len(nm)))
         else:
-            nm = np.arange(380.0, 780.5, 1.0)
-            weight = spectral_density(source, nm)
+            nm = np.unique(np.clip(np.concatenate([np.arange(380.0, 780.5), _told_at_nm(source)]), 380.0, 780.0))
+            weight = spectral_density(source, nm) * (np.diff(nm, prepend=nm[0]) + np.diff(nm, append=nm[-1])) / 2
         rgb = np.maximum(weight @ srgb_of_wavelengths(nm, "cie_1931_2deg"), 0.0)
         if not rgb.sum() > 0:
             rgb = np.ones(3)  # invisible light

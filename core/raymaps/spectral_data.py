@@ -12,7 +12,14 @@ from numpy.typing import NDArray
 
 from raymaps.errors import SceneError, unknown_name
 
-__all__ = ["basis_functions", "black_body", "illuminant", "luminous_efficacy", "srgb_of_wavelengths"]
+__all__ = [
+    "basis_functions",
+    "black_body",
+    "illuminant",
+    "illuminant_wavelengths",
+    "luminous_efficacy",
+    "srgb_of_wavelengths",
+]
 
 Float = NDArray[np.float64]
 
@@ -81,6 +88,11 @@ def illuminant(nm: Float, name: str) -> Float:
         If the name is unknown.
     """
     return _at(nm, "illuminant", name)[0]
+
+
+def illuminant_wavelengths(name: str) -> Float:
+    """Wavelengths in nm of the table of a CIE illuminant, (n,); raises `SceneError` if the name is unknown."""
+    return _table("illuminant", name)[0]
 
 
 def luminous_efficacy(nm: Float) -> Float:

@@ -19,7 +19,7 @@ from raymaps.errors import SceneError
 from raymaps.kinds import SurfaceKind
 from raymaps.scene import Scene
 
-__all__ = ["Data", "interpolated_index", "lower", "needed_by"]
+__all__ = ["Data", "drawn_wavelength", "interpolated_index", "lower", "needed_by"]
 
 #: Surfaces at which the refractive index decides what happens.
 _REFRACTING = (
@@ -36,7 +36,10 @@ class Data(NamedTuple):
     first_nm: float
     step_nm: float
     n: NDArray[np.float64]  # (n_dispersive media, n_wavelengths) refractive index
-    quantile_nm: NDArray[np.float64]  # (n_sources, n_bands, n_quantiles) wavelengths of a source's light in a band
+    nm: NDArray[np.float64]  # (n_nm,) wavelengths, the borders of the bands among them
+    cumulated: NDArray[np.float64]  # (n_sources, n_nm) light of each source below each of them
+    first: NDArray[np.int64]  # (n_bands,) place of each band's lower border in ``nm``
+    last: NDArray[np.int64]  # (n_bands,) place of its upper border
 
 
 def needed_by(scene: Scene) -> tuple[str, ...]:
@@ -49,12 +52,15 @@ def needed_by(scene: Scene) -> tuple[str, ...]:
 
 
 def lower(lowering: Lowering) -> Data:
-    """Index of each dispersive medium on an even grid of wavelengths, wide enough for four points around each."""
+    """Index of each dispersive medium on an even grid of wavelengths, and how each source's light is spread over them.
+
+    The grid does not reach beyond what is simulated, where data may end; a single wavelength fills it alone.
+    """
     bands = lowering.bands
     low, high = float(bands.low_nm.min()), float(bands.high_nm.max())
-    n_steps = max(1, int(np.ceil(high - low)))
+    n_steps = max(3, int(np.ceil(high - low)))
     step_nm = (high - low) / n_steps if high > low else 1.0
-    grid = low + step_nm * np.arange(-1, n_steps + 2)
+    grid = np.linspace(low, high, n_steps + 1)
     used = used_media(lowering.scene)
     row: list[int] = []
     index: list[NDArray[np.float64]] = []
@@ -73,12 +79,30 @@ def lower(lowering: Lowering) -> Data:
         index.append(medium.index_at(grid))
     refracts = np.zeros(256, bool)
     refracts[list(_REFRACTING)] = True
-    quantile_nm = np.stack([bands.quantiles(source) for source in lowering.scene.sources.values()])
-    return Data(refracts, np.array(row, np.int16), float(grid[0]), step_nm, np.array(index), quantile_nm)
+    nm, cumulated = bands.spread(lowering.scene.sources.values())
+    first_place, last_place = (np.searchsorted(nm, border).astype(np.int64) for border in (bands.low_nm, bands.high_nm))
+    return Data(
+        refracts, np.array(row, np.int16), low, step_nm, np.array(index), nm, cumulated, first_place, last_place
+    )
+
+
+def drawn_wavelength(data: Data, source: int, band: int, u: float) -> float:
+    """Wavelength in nm that a random number gives within a band, distributed as the source's light.
+
+    Where the source itself has no light in the band, all its wavelengths are alike.
+    """
+    inside = slice(data.first[band], data.last[band] + 1)
+    nm, cumulated = data.nm[inside], data.cumulated[source, inside]
+    if cumulated[-1] <= cumulated[0]:
+        return float(nm[0] + u * (nm[-1] - nm[0]))
+    target = cumulated[0] + u * (cumulated[-1] - cumulated[0])
+    step = int(np.searchsorted(cumulated[1:-1], target, side="right"))
+    share = (target - cumulated[step]) / (cumulated[step + 1] - cumulated[step])
+    return float(nm[step] + share * (nm[step + 1] - nm[step]))
 
 
 def interpolated_index(data: Data, row: int, wavelength_nm: float) -> float:
-    """Refractive index between the grid's points: the cubic through the four points around (Lagrange).
+    """Refractive index between the grid's points: the cubic through the four points around or nearest (Lagrange).
 
     With steps of 1 nm it is right to 1e-11 for the formulas of glasses.
 

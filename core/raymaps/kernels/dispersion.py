@@ -26,6 +26,24 @@ def index_at(data, row, wavelength_nm):
 
 
 @kernel
+def wavelength_in(data, source, band, u):
+    """See `raymaps.effects.dispersion.drawn_wavelength`."""
+    below, above = data.first[band], data.last[band]
+    cumulated = data.cumulated[source]
+    if cumulated[above] <= cumulated[below]:
+        return data.nm[below] + u * (data.nm[above] - data.nm[below])
+    target = cumulated[below] + u * (cumulated[above] - cumulated[below])
+    while above - below > 1:
+        middle = (below + above) // 2
+        if cumulated[middle] <= target:
+            below = middle
+        else:
+            above = middle
+    share = (target - cumulated[below]) / (cumulated[above] - cumulated[below])
+    return data.nm[below] + share * (data.nm[above] - data.nm[below])
+
+
+@kernel
 def run(active, wave, tables, data, key, depth):
     """Draw the wavelength of rays that do not have one yet, and tell the indices before and beyond the surface."""
     for k in range(len(active)):
@@ -53,10 +71,7 @@ def run(active, wave, tables, data, key, depth):
             for band in range(len(light)):
                 light[band] = 0.0
             light[drawn] = total
-            quantiles = data.quantile_nm[wave.source[i], drawn]
-            place = v * (len(quantiles) - 1)
-            step = min(int(place), len(quantiles) - 2)
-            wave.wavelength_nm[i] = quantiles[step] + (place - step) * (quantiles[step + 1] - quantiles[step])
+            wave.wavelength_nm[i] = wavelength_in(data, wave.source[i], drawn, v)
         if near >= 0:
             wave.n_near[i] = index_at(data, near, wave.wavelength_nm[i])
         if far >= 0:
