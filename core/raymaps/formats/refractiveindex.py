@@ -212,9 +212,9 @@ def _table(block: dict[str, Any], columns: int, place: str) -> Table:
             raise FormatError(f"{place}: wavelengths must climb from row to row, but {after:g} follows {before:g} µm.")
     if table[0, 0] <= 0:
         raise FormatError(f"{place}: wavelengths must be above 0, got {table[0, 0]:g} µm.")
-    row, column = np.unravel_index(int(np.argmin(table[:, 1:])), (len(table), columns - 1))
-    if table[row, column + 1] < _DUST:
-        raise FormatError(f"{place}: nothing may be negative, got {table[row, column + 1]:g} at {table[row, 0]:g} µm.")
+    for wavelength_um, lowest in zip(table[:, 0], table[:, 1:].min(axis=1), strict=True):
+        if lowest < _DUST:
+            raise FormatError(f"{place}: nothing may be negative, got {lowest:g} at {wavelength_um:g} µm.")
     _check_unit(table[:, 0], place)
     return table[(table[:, 0] >= _SHORTEST_UM) & (table[:, 0] <= _LONGEST_UM)]
 

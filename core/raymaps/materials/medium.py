@@ -3,11 +3,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationError, ValidationInfo, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationInfo, model_validator
 
 from raymaps.formats.medium_files import read_medium
 from raymaps.materials.catalogue import catalogue_medium
@@ -21,6 +21,7 @@ from raymaps.materials.dispersion import (
 from raymaps.materials.spectrum import (
     LONGEST_NM,
     SHORTEST_NM,
+    Outside,
     SpectralNonNegative,
     SpectrumTable,
     check_ascending,
@@ -41,8 +42,6 @@ __all__ = [
     "Scattering",
     "TabulatedPhase",
 ]
-
-Reference = TypeVar("Reference", bound=Record)
 
 #: Yellow helium line; the index of a medium where colours are not told apart.
 D_LINE_NM = 587.5618
@@ -65,6 +64,7 @@ class DispersionFormula(Record):
     to_nm: Annotated[Number, Field(ge=SHORTEST_NM, le=LONGEST_NM)] | None = Field(
         None, description="Longest wavelength at which it holds; null: wherever it is physical."
     )
+    outside: Outside = Field("refuse", description="What holds beyond: refuse it, or clamp to the index at the border.")
 
     @model_validator(mode="after")
     def _is_known(self) -> DispersionFormula:
@@ -86,10 +86,17 @@ class DispersionFormula(Record):
 
     def at(self, wavelength_nm: ArrayLike) -> NDArray[np.float64]:
         """Index at wavelengths, any shape; NaN where the formula gives none."""
+        if self.outside == "clamp":
+            wavelength_nm = np.clip(wavelength_nm, *self._formula_range_nm)
         return index_by_formula(self.formula, self.coefficients, wavelength_nm)
 
     @property
     def range_nm(self) -> tuple[float, float]:
+        """Wavelengths at which there is an index."""
+        return (SHORTEST_NM, LONGEST_NM) if self.outside == "clamp" else self._formula_range_nm
+
+    @property
+    def _formula_range_nm(self) -> tuple[float, float]:
         """Wavelengths at which the formula holds: as given, otherwise all around the visible where it is physical."""
         if self.from_nm is not None and self.to_nm is not None:
             return self.from_nm, self.to_nm
@@ -109,7 +116,7 @@ class DispersionTable(Record):
 
     wavelength_nm: tuple[Number, ...] = Field(min_length=1, description="Wavelengths in nm, ascending.")
     n: tuple[Annotated[Number, Field(gt=0, le=1000)], ...] = Field(min_length=1)
-    outside: Literal["refuse", "clamp"] = "refuse"
+    outside: Outside = "refuse"
 
     @model_validator(mode="after")
     def _is_a_table(self) -> DispersionTable:
@@ -118,7 +125,7 @@ class DispersionTable(Record):
 
     def at(self, wavelength_nm: ArrayLike) -> NDArray[np.float64]:
         """Index at wavelengths, any shape; the border values outside."""
-        return np.interp(wavelength_nm, self.wavelength_nm, self.n)
+        return np.interp(np.asarray(wavelength_nm, np.float64), self.wavelength_nm, self.n)
 
     @property
     def range_nm(self) -> tuple[float, float]:
@@ -198,7 +205,8 @@ class Scattering(Record):
         largest = max(value.value if isinstance(value, SpectrumTable) else value)
         if largest > LARGEST_SCATTERING_PER_MM:
             raise ValueError(
-                f"coefficient_per_mm must not be above {LARGEST_SCATTERING_PER_MM:g} 1/mm, got {largest:g}: check its unit"
+                f"coefficient_per_mm must not be above {LARGEST_SCATTERING_PER_MM:g} 1/mm, got {largest:g}: "
+                "check its unit"
             )
         return self
 
@@ -262,6 +270,7 @@ class CatalogueMedium(Record):
     """A medium of the catalogue that comes with Ray Maps, by its name; it becomes the medium when the scene is read."""
 
     catalogue: Name
+    outside: Outside | None = Field(None, description="What holds beyond its tables and formula; null: as they say.")
 
 
 class MediumFile(Record):
@@ -269,28 +278,28 @@ class MediumFile(Record):
 
     file: str = Field(min_length=1, description="YAML or AGF file, relative to the scene file.")
     glass: Name | None = Field(None, description="Glass of a catalogue of several.")
+    outside: Outside = Field("refuse", description="What holds beyond its tables and formula.")
 
 
 def _written_out(value: Any, info: ValidationInfo) -> Any:
     """The medium that a name of the catalogue or a file stands for; everything else as it is."""
     if isinstance(value, dict) and "catalogue" in value:
-        return catalogue_medium(_reference(CatalogueMedium, value).catalogue)
+        named = CatalogueMedium.model_validate(value)
+        return _with_outside(catalogue_medium(named.catalogue), named.outside)
     if isinstance(value, dict) and "file" in value:
-        reference = _reference(MediumFile, value)
-        return file_content(reference.file, info, lambda path: read_medium(path, reference.glass, index_by_formula))
+        reference = MediumFile.model_validate(value)
+        medium = file_content(reference.file, info, lambda path: read_medium(path, reference.glass, index_by_formula))
+        return _with_outside(medium, reference.outside)
     return value
 
 
-def _reference(kind: type[Reference], value: dict[str, Any]) -> Reference:
-    """A reference to what stands elsewhere; raises `ValueError` with one sentence."""
-    try:
-        return kind.model_validate(value)
-    except ValidationError as error:
-        fault = error.errors(include_url=False)[0]
-        if fault["type"] == "extra_forbidden":
-            fields = " and ".join(kind.model_fields)
-            raise ValueError(f"beside {fields} there can be no field '{fault['loc'][0]}'") from None
-        raise ValueError(f"{fault['loc'][0]}: {fault['msg'][:1].lower()}{fault['msg'][1:]}") from None
+def _with_outside(medium: dict[str, Any], outside: str | None) -> dict[str, Any]:
+    """The data of a medium whose formula and tables, but not its plain numbers, say what holds beyond their range."""
+    if outside is None:
+        return medium
+    return {
+        field: {**value, "outside": outside} if isinstance(value, dict) else value for field, value in medium.items()
+    }
 
 
 MediumOrCatalogue = Annotated[
