@@ -64,7 +64,7 @@ def quadrature(n: int, index: float) -> tuple[Float, Float]:
 
     What gets out has a root at the critical angle: there the points are dense, by the squares of another quadrature.
     """
-    if index == 1:
+    if index <= 1:
         return radau(n, 0.0, 1.0)
     critical = np.sqrt(1 - 1 / index**2)
     x, w = np.polynomial.legendre.leggauss(n // 2)
@@ -113,6 +113,15 @@ def added(above: Layer, below: Layer) -> Layer:
     )
 
 
+def scattering_layer(cosine: Float, weight: Float, albedo: float, depth: float, moments: Float) -> Layer:
+    """A layer without surfaces, by doubling."""
+    doublings = max(0, int(np.ceil(np.log2(depth / 1e-7))))
+    layer = thin_layer(cosine, weight, albedo, depth / 2**doublings, moments)
+    for _ in range(doublings):
+        layer = added(layer, layer)
+    return layer
+
+
 def slab(
     albedo: float, depth: float, moments: Float, index: float = 1.0, cosine_outside: float = 1.0, n: int = 40
 ) -> Slab:
@@ -128,10 +137,7 @@ def slab(
     n : number of directions
     """
     cosine, weight = quadrature(n, index)
-    doublings = max(0, int(np.ceil(np.log2(depth / 1e-7))))
-    layer = thin_layer(cosine, weight, albedo, depth / 2**doublings, moments)
-    for _ in range(doublings):
-        layer = added(layer, layer)
+    layer = scattering_layer(cosine, weight, albedo, depth, moments)
     inside = np.array([fresnel_reflectance(c, index, 1.0) for c in cosine])
     zero = np.zeros((n, n))
     # a boundary from inside: what is not reflected leaves

@@ -70,10 +70,18 @@ def wave_of(light, distance, n=None):
     )  # fmt: skip
 
 
-def lowering(*media, bands=RGB_BANDS, frame=FRAME):
+def lowering(*media, bands=RGB_BANDS, frame=FRAME, unused=()):
     names = tuple(f"m{k}" for k in range(len(media)))
     source = {"P": {"kind": "point", "flux_w": 1, "position_mm": [0, 0, 0]}}
-    scene = Scene.model_validate({"media": dict(zip(names, media, strict=True)), "sources": source})
+    bodies = {n: {"geometry": {"file": "a.ply"}, "medium": n, "surface": "polished"} for n in names if n not in unused}
+    scene = Scene.model_validate(
+        {
+            "media": dict(zip(names, media, strict=True)),
+            "surfaces": {"polished": {"kind": "fresnel"}},
+            "bodies": bodies,
+            "sources": source,
+        }
+    )
     return Lowering(scene, Names((), (), (), names, (), ()), bands, tuple(scene.media.values()), frame)
 
 
@@ -186,6 +194,15 @@ def test_a_table_that_says_nothing_of_a_band_is_refused():
     value = {"wavelength_nm": [450, 650], "value": [0.0, 2.0]}
     with pytest.raises(SceneError, match=r"Medium 'm0', scattering 2: .*450 to 650 nm"):
         medium_scattering.lower(lowering(scattering((1, None), (value, None)), bands=bands))
+
+
+def test_nothing_is_asked_of_media_that_light_does_not_meet():
+    bands = Bands(np.array([400.0]), np.array([700.0]), True, "x", np.zeros((1, 3)), None)
+    short = scattering(({"wavelength_nm": [450, 650], "value": [0.0, 2.0]}, None))
+    metal = {**short, "extinction": 3.0}
+    data = medium_scattering.lower(lowering(short, scattering((1, None)), metal, bands=bands, unused=("m0",)))
+    assert data.mode.tolist() == [0, 1, 0]
+    assert data.component_start.tolist() == [0, 0, 1, 1]
 
 
 # --------------------------------------------------------------------------------------------------- the model's limits

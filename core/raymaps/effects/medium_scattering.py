@@ -24,7 +24,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from raymaps.effects.lowering import Lowering
 from raymaps.effects.usage import used_media
-from raymaps.errors import SceneError
 from raymaps.materials import HenyeyGreenstein, IsotropicPhase, SpectrumTable, TabulatedPhase
 from raymaps.scene import Scene
 
@@ -68,25 +67,24 @@ def lower(lowering: Lowering) -> Data:
     Raises
     ------
     SceneError
-        If a table says nothing of wavelengths that are simulated, or a coefficient is beyond all numbers.
+        If a table says nothing of wavelengths that are simulated.
     """
     n_bands = lowering.bands.n
+    used = used_media(lowering.scene)
     mode, coefficients, starts = [], [], [0]
     shares: list[Float] = []
     g: list[float] = []
     tables: list[tuple[Float, Float, Float]] = []
     for name, medium in zip(lowering.names.media, lowering.media, strict=True):
-        where = f"Medium '{name}', scattering"
+        components = medium.scattering if name in used and not medium.is_conductor else ()
         parts = [
-            lowering.bands.average(component.coefficient_per_mm, f"{where} {number}") * lowering.frame.unit_mm
-            for number, component in enumerate(medium.scattering, 1)
+            lowering.bands.average(component.coefficient_per_mm, f"Medium '{name}', scattering {number}")
+            for number, component in enumerate(components, 1)
         ]
         total = np.sum(parts, axis=0) if parts else np.zeros(n_bands)
-        if not np.isfinite(total).all():
-            raise SceneError(f"{where}: the coefficients add up to more than numbers can hold: check their unit, 1/mm.")
-        coefficients.append(total)
+        coefficients.append(total * lowering.frame.unit_mm)
         mode.append(0 if not total.any() else 1 if (total == total[0]).all() else 2)
-        for part, component in zip(parts, medium.scattering, strict=True):
+        for part, component in zip(parts, components, strict=True):
             shares.append(np.divide(part, total, out=np.zeros(n_bands), where=total > 0))
             phase = component.phase
             g.append(phase.g if isinstance(phase, HenyeyGreenstein) else 0.0)
