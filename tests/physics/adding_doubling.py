@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Exact reflection and transmission of scattering slabs, to compare a simulation with: deterministic, no random numbers.
+"""Exact reflection and transmission of scattering slabs, to compare a simulation with; no random numbers.
 
 Two methods that share nothing: adding and doubling of layers for any phase function and index, and Chandrasekhar's H
 function for isotropic scattering in a half space.
@@ -80,8 +80,8 @@ def henyey_greenstein_moments(g: float, n: int) -> Float:
 
 
 def thin_layer(cosine: Float, weight: Float, albedo: float, depth: float, moments: Float) -> Layer:
-    """A layer so thin that depth³ is nothing, by the diamond rule (W. Wiscombe, J. Quant. Spectrosc. Radiat. Transfer 16
-    (1976), p. 637): (1 + A) out = (1 - A) in, with A the generator times half of the depth.
+    """A layer so thin that depth³ is nothing, by the diamond rule (W. Wiscombe, J. Quant. Spectrosc. Radiat. Transfer
+    16 (1976), p. 637): (1 + A) out = (1 - A) in, with A the generator times half of the depth.
     """
     p = legendre.legvander(cosine, len(moments) - 1)
     factors = (2 * np.arange(len(moments)) + 1) * moments

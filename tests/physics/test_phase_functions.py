@@ -194,7 +194,11 @@ def test_directions_stay_unit_vectors():
 )
 def test_angles_of_traced_rays(tmp_path, phase, mean):
     """Angles between the ways before and after a scattering inside a ball; azimuths are even."""
-    milk = {"refractive_index": 1.0, "absorption_per_mm": 0.2, "scattering": [{"coefficient_per_mm": 1, "phase": phase}]}
+    milk = {
+        "refractive_index": 1.0,
+        "absorption_per_mm": 0.2,
+        "scattering": [{"coefficient_per_mm": 1, "phase": phase}],
+    }
     h = traced(
         tmp_path,
         {"Ball": body(ball(10, 2), "polished", "milk")},

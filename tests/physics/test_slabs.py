@@ -94,7 +94,6 @@ def test_the_reference_gives_published_figures():
     assert slab(0.9, HALF_SPACE, ISOTROPIC).reflectance == pytest.approx(exact, abs=1e-7)
 
 
-
 def test_the_reference_gives_van_de_hulsts_table_12():
     """Isotropic scattering, albedo 0.8, depth 2: reflection and transmission functions (pi times the radiance of a slab
     that is irradiated with 1 W per area of its surface) between a direction at cosine 0.5 and others.
@@ -227,3 +226,48 @@ def test_a_tabulated_phase_function(tmp_path):
     phase = {"kind": "table", "angle_deg": list(map(float, angle)), "value": list(map(float, value))}
     h = slab_run(tmp_path, 0.95, 2.0, phase=phase, rays=100_000)
     agrees_with(h, slab(0.95, 2.0, np.array([1.0, 0.5 / 3])))
+
+
+@pytest.mark.parametrize("spectrum", ["lines", "table"])
+def test_spectra(tmp_path, spectrum):
+    """Scattering that falls with the fourth power of the wavelength, absorption that climbs: the expectation of each
+    line, or of each band with the means of its coefficients, is that of a slab of its own.
+    """
+    if spectrum == "lines":
+        lines = [450.0, 550.0, 650.0]
+        light = {"kind": "lines", "wavelength_nm": lines, "share": [0.5, 0.3, 0.2]}
+        shares, nm, bands = np.array([0.5, 0.3, 0.2]), np.array(lines)[:, None], {}
+    else:
+        light = {"kind": "table", "wavelength_nm": [400, 700], "value": [1, 2]}
+        edges = np.linspace(400, 700, 9)
+        shares = np.diff(edges + (edges - 400) ** 2 / 600) / 450
+        nm = (edges[:-1, None] + (np.arange(1000) + 0.5) / 1000 * np.diff(edges)[:, None]).round(9)
+        bands = {"spectrum": {"from_nm": 400, "to_nm": 700, "bands": 8}}
+    table = np.arange(400.0, 701.0, 10.0)
+    scattering, absorption = 2.0 * (550 / table) ** 4, 0.5 * (table / 550) ** 2
+    medium = {
+        "refractive_index": 1.3,
+        "absorption_per_mm": {"wavelength_nm": list(table), "value": list(absorption)},
+        "scattering": [
+            {"coefficient_per_mm": {"wavelength_nm": list(table), "value": list(scattering)}, "phase": hg(0.5)}
+        ],
+    }
+    sides = dict.fromkeys(("plus_x", "minus_x", "plus_y", "minus_y"), "side")
+    beam = disc_source((0, 0, 1.5), (0, 0, -1), 0.1)
+    del beam["rgb"]
+    h = traced(
+        tmp_path,
+        {"Slab": body(box((-4, -4, 0), (4, 4, 1)), "polished", "milk", **sides)},
+        rays=100_000,
+        media={"milk": medium},
+        surfaces={"polished": {"kind": "fresnel"}, "side": {"kind": "mirror", "reflectance": 1.0}},
+        sources={"S": {**beam, "spectrum": light}},
+        settings={"max_events": 10_000, "store": "spectral", **bands},
+    )
+    s, a = np.interp(nm, table, scattering).mean(axis=1), np.interp(nm, table, absorption).mean(axis=1)
+    exact = [slab(x / (x + y), x + y, henyey_greenstein_moments(0.5, 40), 1.3) for x, y in zip(s, a, strict=True)]
+    for chosen, expected in zip(
+        ends(h), ([e.reflectance for e in exact], [e.transmittance for e in exact]), strict=True
+    ):
+        leaving = np.where(chosen[:, None], h.light[h.last], 0)
+        agrees("bands", leaving.mean(axis=0), leaving.std(axis=0) / math.sqrt(h.n_rays), shares * expected)

@@ -92,7 +92,9 @@ def scattering(*components, **more):
 
 def scattering_data(*coefficients_per_unit):
     """Kernel data of one medium with isotropic components, coefficients in frame units."""
-    return medium_scattering.lower(lowering(scattering(*((list(np.array(c) / 2), None) for c in coefficients_per_unit))))
+    return medium_scattering.lower(
+        lowering(scattering(*((list(np.array(c) / 2), None) for c in coefficients_per_unit)))
+    )
 
 
 def run(wave, data, kernel=scattering_kernel.run, key=KEY, depth=3):
@@ -215,7 +217,10 @@ def test_nothing_is_asked_of_media_that_light_does_not_meet():
         ({"kind": "henyey_greenstein", "g": -1}, "greater than -1"),
         ({"kind": "henyey_greenstein", "g": math.nan}, "finite"),
         ({"kind": "mie", "g": 0.5}, "isotropic"),
-        ({"kind": "table", "angle_deg": [0, 90, 180], "value": [1, 1]}, "3 angles need as many values of the phase function"),
+        (
+            {"kind": "table", "angle_deg": [0, 90, 180], "value": [1, 1]},
+            "3 angles need as many values of the phase function",
+        ),
         ({"kind": "table", "angle_deg": [0, 90], "value": [1, 1]}, "from 0 to 180"),
         ({"kind": "table", "angle_deg": [10, 180], "value": [1, 1]}, "from 0 to 180"),
         ({"kind": "table", "angle_deg": [0, 90, 45, 180], "value": [1, 1, 1, 1]}, "45 follows 90"),
@@ -260,12 +265,16 @@ def test_free_paths_of_all_optical_depths(depth, shades):
     rgb = np.array([0.5, 0.3, 0.2])
     wave = run(wave_of(rgb, 0.25, 20_000), scattering_data(4 * depth * np.array(shades)))
     scattered = wave.state == SCATTERING
-    assert np.isfinite(wave.light).all() and (wave.light >= 0).all()
+    assert np.isfinite(wave.light).all()
+    assert (wave.light >= 0).all()
     assert wave.light.sum(axis=1) == pytest.approx(1, abs=3e-7)
-    assert (wave.distance > 0).all() and (wave.distance <= 0.25).all()
+    assert (wave.distance > 0).all()
+    assert (wave.distance <= 0.25).all()
     assert np.array_equal(wave.end, wave.position + wave.distance[:, None] * wave.direction)
-    assert (wave.state[~scattered] == PENDING).all() and (wave.hit[~scattered] == 1).all()
-    assert (wave.hit[scattered] == -1).all() and (wave.distance[~scattered] == 0.25).all()
+    assert (wave.state[~scattered] == PENDING).all()
+    assert (wave.hit[~scattered] == 1).all()
+    assert (wave.hit[scattered] == -1).all()
+    assert (wave.distance[~scattered] == 0.25).all()
     share = float((rgb * -np.expm1(-depth * np.array(shades))).sum())
     agrees("scattered", scattered.mean(), math.sqrt(share * (1 - share) / 20_000), share, rounding=1e-6)
     assert (wave.light[scattered][:, np.array(shades) == 0] == 0).all()
@@ -323,7 +332,8 @@ def test_each_band_has_its_expectation():
 def test_rays_without_a_way_or_light_stay_as_they_are():
     for kernel_data in (scattering_data([1, 1, 1]), scattering_data([3, 2, 1])):
         wave = run(wave_of([0.5, 0.25, 0.25], 0.0, 100), kernel_data)
-        assert (wave.state == PENDING).all() and (wave.light == [0.5, 0.25, 0.25]).all()
+        assert (wave.state == PENDING).all()
+        assert (wave.light == [0.5, 0.25, 0.25]).all()
         wave = run(wave_of([0.0, 0.0, 0.0], 1.0, 100), kernel_data)
         assert (wave.light == 0).all()
 
@@ -333,7 +343,8 @@ def test_clear_media_take_no_part():
     wave = wave_of([1, 1, 1], 1.0, 100)
     wave.medium[50:] = 1
     run(wave, data)
-    assert (wave.state[:50] == PENDING).all() and (wave.state[50:] == SCATTERING).any()
+    assert (wave.state[:50] == PENDING).all()
+    assert (wave.state[50:] == SCATTERING).any()
 
 
 def test_what_is_close_is_remembered():
@@ -364,7 +375,8 @@ def test_only_scattered_rays_turn():
     wave.state[1] = EventKind.MEDIUM_ABSORPTION
     run(wave, data, scattering_kernel.scatter)
     turned = (wave.direction != [0, 0, 1]).any(axis=1)
-    assert turned[::2].all() and not turned[1::2].any()
+    assert turned[::2].all()
+    assert not turned[1::2].any()
     assert np.linalg.norm(wave.direction, axis=1) == pytest.approx(1, abs=1e-14)
 
 
@@ -392,7 +404,7 @@ def test_scatterers_of_equal_shares_do_not_recolour():
     assert wave.light == pytest.approx(np.broadcast_to([0.5, 0.3, 0.2], (1000, 3)), abs=1e-7)
 
 
-# ----------------------------------------------------------------------------------------------- with absorption besides
+# ---------------------------------------------------------------------------------------------- with absorption besides
 
 
 def test_absorption_and_scattering_are_independent():

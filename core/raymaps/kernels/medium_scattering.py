@@ -32,8 +32,8 @@ def run(active, wave, tables, data, key, depth):
     """End the segments of rays that a medium scatters; the light of all rays is recoloured, its sum stays.
 
     With light l_b, and e_b = exp(-m_b d) the share of band b that gets through unscattered, a ray gets through with
-    probability s = sum(l_b e_b) / sum(l_b) and then carries l_b e_b / s. Else it is scattered after the distance t, drawn
-    from the density sum(l_b m_b exp(-m_b t)) cut off at d, with light in proportion to l_b m_b exp(-m_b t).
+    probability s = sum(l_b e_b) / sum(l_b) and then carries l_b e_b / s. Else it is scattered after the distance t,
+    drawn from the density sum(l_b m_b exp(-m_b t)) cut off at d, with light in proportion to l_b m_b exp(-m_b t).
     """
     weight = np.empty(data.coefficient.shape[1])
     for k in range(len(active)):
@@ -124,7 +124,10 @@ def recolour(light, weight):
 
 @kernel
 def scatter(active, wave, tables, data, key, depth):
-    """Turn the rays that are scattered: the scatterer is drawn by its share of the light, the angle by its phase function."""
+    """Turn the rays that are scattered.
+
+    The scatterer is drawn by its share of the light, the angle by its phase function, the azimuth evenly.
+    """
     weight = np.empty(data.coefficient.shape[1])
     for k in range(len(active)):
         i = active[k]
