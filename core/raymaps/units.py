@@ -27,16 +27,16 @@ def _prefix(value: float) -> tuple[float, str]:
     return next((pair for pair in _PREFIXES if abs(value) >= pair[0] * 0.9999999), _PREFIXES[-1])
 
 
-def format_flux(flux_w: float, stderr_w: float) -> str:
-    """A flux with its standard error for people, rounded alike: ``12.34 ± 0.14 mW``."""
+def format_flux(flux_w: float, stderr_w: float, unit: str = "W") -> str:
+    """A flux with its standard error for people, rounded alike: ``12.34 ± 0.14 mW``; of another quantity its unit."""
     is_known = stderr_w > 0 and math.isfinite(stderr_w)
     largest = max(abs(flux_w), abs(stderr_w)) if is_known else abs(flux_w)
     factor, prefix = _prefix(largest) if largest > 0 else (1.0, "")
     flux, stderr = flux_w / factor, stderr_w / factor
     if not is_known:
-        return f"{flux:.6g} ± {stderr:g} {prefix}W"
+        return f"{flux:.6g} ± {stderr:g} {prefix}{unit}"
     decimals = max(0, 1 - math.floor(math.log10(stderr)))
-    return f"{flux:.{decimals}f} ± {stderr:.{decimals}f} {prefix}W"
+    return f"{flux:.{decimals}f} ± {stderr:.{decimals}f} {prefix}{unit}"
 
 
 def format_bytes(n_bytes: int) -> str:

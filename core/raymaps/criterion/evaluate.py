@@ -3,15 +3,15 @@
 
 `bind` checks a criterion's names against a map once and replaces them by indices. `Bound.on_signatures` then says for
 each signature whether its rays match *never*, *always*, or whether that *needs numbers*; only the area of a detector
-needs them, and only of rays whose signature crosses that detector. So the columns of a portion are touched only where
-the signature leaves the answer open.
+needs them, of rays whose signature crosses that detector, and the wavelength of a ray. So the columns of a portion are
+touched only where the signature leaves the answer open.
 
 To add an elementary event: a class in `tree`, how it is read and written in `text`, its meaning in `_BINDERS` here.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +23,7 @@ from raymaps.criterion.text import parse_criterion
 from raymaps.errors import CriterionError, unknown_name
 from raymaps.kinds import CRITERION_KINDS, ENDINGS, OFF_SURFACE, EventKind
 from raymaps.names import Names
+from raymaps.scene import Detector, FaceDetector, FarFieldDetector
 from raymaps.store.signatures import NONE, SignatureTable
 
 if TYPE_CHECKING:
@@ -71,7 +72,7 @@ class Bound:
         raise NotImplementedError
 
 
-def bind(criterion: tree.Criterion | str, names: Names) -> Bound:
+def bind(criterion: tree.Criterion | str, names: Names, detectors: Mapping[str, Detector] | None = None) -> Bound:
     """Check a criterion's names and replace them by indices.
 
     Parameters
@@ -79,6 +80,8 @@ def bind(criterion: tree.Criterion | str, names: Names) -> Bound:
     criterion : Criterion or its text form
     names : Names
         Of the map that is asked.
+    detectors : mapping of names to detectors, optional
+        Those of the map's scene; a detector that is left out is a rectangle.
 
     Raises
     ------
@@ -89,10 +92,16 @@ def bind(criterion: tree.Criterion | str, names: Names) -> Bound:
         criterion = parse_criterion(criterion)
     if not isinstance(criterion, tree.Criterion):
         raise CriterionError(f"A criterion is a text, got a value of type {type(criterion).__name__}.")
+    return _bind(criterion, names, detectors or {})
+
+
+def _bind(criterion: tree.Criterion, names: Names, detectors: Mapping[str, Detector]) -> Bound:
     if isinstance(criterion, tree.Not):
-        return _Negation(criterion, bind(criterion.operand, names))
+        return _Negation(criterion, _bind(criterion.operand, names, detectors))
     if isinstance(criterion, tree.And | tree.Or):
-        return _Junction(criterion, tuple(bind(operand, names) for operand in criterion.operands))
+        return _Junction(criterion, tuple(_bind(operand, names, detectors) for operand in criterion.operands))
+    if isinstance(criterion, tree.Crosses):
+        return _bind_crosses(criterion, names, detectors.get(criterion.detector))
     return _BINDERS[type(criterion)](criterion, names)
 
 
@@ -230,7 +239,7 @@ class _BySignature(Bound):
 
 @dataclass(frozen=True)
 class _InArea(Bound):
-    """Registered by a detector inside an area: the only elementary event that needs numbers."""
+    """Registered by a detector inside an area, which needs numbers."""
 
     criterion: tree.Criterion
     detector: int
@@ -245,6 +254,24 @@ class _InArea(Bound):
         hit = np.zeros(portion.n_rays, bool)
         hit[portion.crossing_ray[rows]] = True
         return hit[rays]
+
+    def on_sources(self, n_sources: int) -> Verdicts:
+        return Verdicts(np.zeros(n_sources, bool), np.ones(n_sources, bool))
+
+
+@dataclass(frozen=True)
+class _OfWavelength(Bound):
+    """Narrowed to one wavelength in a range, which needs a number of each ray."""
+
+    criterion: tree.Wavelength
+
+    def on_signatures(self, table: SignatureTable) -> Verdicts:
+        return Verdicts(np.zeros(len(table), bool), np.ones(len(table), bool))
+
+    def on_rays(self, portion: Portion, rays: NDArray[np.int64]) -> Mask:
+        wavelength_nm = portion.ray_wavelength_nm[rays].astype(np.float64)
+        low_nm, high_nm = np.float32([self.criterion.low_nm, self.criterion.high_nm]).astype(np.float64)
+        return (wavelength_nm >= low_nm) & (wavelength_nm <= high_nm)  # 0 where the ray has no single one
 
     def on_sources(self, n_sources: int) -> Verdicts:
         return Verdicts(np.zeros(n_sources, bool), np.ones(n_sources, bool))
@@ -345,19 +372,46 @@ def _bind_in_medium(event: tree.InMedium, names: Names) -> Bound:
     return _BySignature(event, _in_medium(tree.MEDIUM_EVENTS[event.what], medium))
 
 
-def _bind_crosses(event: tree.Crosses, names: Names) -> Bound:
-    detector = _known("detector", event.detector, names.detectors)
+def _bind_crosses(event: tree.Crosses, names: Names, detector: Detector | None) -> Bound:
+    index = _known("detector", event.detector, names.detectors)
+    if isinstance(detector, FaceDetector | FarFieldDetector) and event.area is not None:
+        what = "faces" if isinstance(detector, FaceDetector) else "the far field"
+        raise CriterionError(
+            f"Detector '{event.detector}' is one of {what}: {event.area.word}=(...) is an area of a rectangle; leave it out."
+        )
+    if isinstance(detector, FarFieldDetector):
+        return _bind_ended(tree.Ended("left"), names, event)
+    if isinstance(detector, FaceDetector):
+        return _bind_faces(event, detector, names)
     if event.area is not None:
-        return _InArea(event, detector, event.area)
-    return _BySignature(event, lambda table: _registered_by(table, detector))
+        return _InArea(event, index, event.area)
+    return _BySignature(event, lambda table: _registered_by(table, index))
 
 
-def _bind_ended(event: tree.Ended, names: Names) -> Bound:
+def _bind_faces(event: tree.Crosses, detector: FaceDetector, names: Names) -> Bound:
+    """An event on a surface of one of the faces of a detector."""
+    body = _known("body", detector.body, names.bodies)
+    if detector.faces is None:
+        return _BySignature(event, _on_a_surface("body", body, None))
+    wanted = np.array([owner == body and name in detector.faces for owner, name in names.faces] + [False])
+    kinds = _kind_mask(tuple(k for k in EventKind if k not in _NOT_ON_A_SURFACE))
+
+    def select(table: SignatureTable) -> Mask:
+        return _with_step(table, kinds, np.where(wanted[table.face], table.kind, EventKind.LEFT).astype(np.uint8))
+
+    return _BySignature(event, select)
+
+
+def _bind_ended(event: tree.Ended, names: Names, as_event: tree.Criterion | None = None) -> Bound:
     mask = _kind_mask(ENDINGS[event.how])
-    return _BySignature(event, lambda table: mask[table.ending])
+    return _BySignature(as_event or event, lambda table: mask[table.ending])
 
 
-#: The meaning of each elementary event.
+def _bind_wavelength(event: tree.Wavelength, names: Names) -> Bound:
+    return _OfWavelength(event)
+
+
+#: The meaning of each elementary event; what it is for a detector depends on the detector, see `_bind_crosses`.
 _BINDERS: dict[type[tree.Criterion], Callable[[Any, Names], Bound]] = {
     tree.Everything: _bind_everything,
     tree.From: _bind_from,
@@ -365,6 +419,6 @@ _BINDERS: dict[type[tree.Criterion], Callable[[Any, Names], Bound]] = {
     tree.OnSurface: _bind_on_surface,
     tree.Happened: _bind_happened,
     tree.InMedium: _bind_in_medium,
-    tree.Crosses: _bind_crosses,
     tree.Ended: _bind_ended,
+    tree.Wavelength: _bind_wavelength,
 }

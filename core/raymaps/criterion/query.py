@@ -76,7 +76,7 @@ def query(raymap: RayMap, criterion: Criterion | str | None = None, limit: int |
     """
     if limit is not None and limit < 0:
         raise CriterionError(f"The limit must be 0 or more rays, got {limit}.")
-    bound = bind(Everything() if criterion is None else criterion, raymap.names)
+    bound = bind(Everything() if criterion is None else criterion, raymap.names, raymap.scene.detectors)
     n_sources = len(raymap.names.sources)
     ids: list[NDArray[np.int64]] = []
     scanned: list[Portion] = []

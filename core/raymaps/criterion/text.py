@@ -7,7 +7,7 @@ r"""The text form of a criterion: ``from(LED) & hit(Lens.Face3, fresnel_refracti
     event       = "true" | "from(" NAME ")" | "hit(" NAME [ "." NAME ] [ "," KIND ] ")"
                 | "surface(" NAME [ "," KIND ] ")" | "event(" KIND ")" | "medium(" NAME "," MEDIUM_EVENT ")"
                 | "detector(" NAME [ "," ("rect"|"ellipse") "=(" number "," number "," number "," number ")" ] ")"
-                | "ended(" ("absorbed"|"left"|"killed") ")"
+                | "ended(" ("absorbed"|"left"|"killed") ")" | "wavelength(" number "," number ")"
 
 A KIND is one of `raymaps.kinds.CRITERION_KINDS`, a MEDIUM_EVENT is ``absorption`` or ``scattering``. A NAME of letters,
 digits and ``_`` stands as it is, any other in double quotes, where ``\"`` is a quote and ``\\`` a backslash. ``~``
@@ -38,6 +38,7 @@ from raymaps.criterion.tree import (
     OnSurface,
     Or,
     Rectangle,
+    Wavelength,
     all_of,
     any_of,
 )
@@ -191,11 +192,11 @@ class _Parser:
             self.position = start
             raise self.error(str(error).rstrip(".")) from None
 
-    def number(self) -> float:
+    def number(self, unit: str = "mm") -> float:
         self.peek()
         match = _NUMBER.match(self.text, self.position)
         if not match:
-            raise self.expected("a number in mm")
+            raise self.expected(f"a number in {unit}")
         self.position = match.end()
         return float(match[0])
 
@@ -262,6 +263,19 @@ def _medium(parser: _Parser) -> Criterion:
     return InMedium(name, parser.one_of("medium event", tuple(MEDIUM_EVENTS)))
 
 
+def _wavelength(parser: _Parser) -> Criterion:
+    parser.peek()
+    start = parser.position
+    low_nm = parser.number("nm")
+    parser.expect(",")
+    high_nm = parser.number("nm")
+    try:
+        return Wavelength(low_nm, high_nm)
+    except CriterionError as error:
+        parser.position = start
+        raise parser.error(str(error).rstrip(".")) from None
+
+
 #: How the arguments of each elementary event are read.
 _ARGUMENTS: dict[str, Callable[[_Parser], Criterion]] = {
     "from": lambda parser: From(parser.name("source")),
@@ -271,6 +285,7 @@ _ARGUMENTS: dict[str, Callable[[_Parser], Criterion]] = {
     "medium": _medium,
     "detector": lambda parser: Crosses(parser.name("detector"), parser.optional_area()),
     "ended": lambda parser: Ended(parser.one_of("ending", tuple(ENDINGS))),
+    "wavelength": _wavelength,
 }
 
 
@@ -317,6 +332,8 @@ def _format_arguments(criterion: Criterion) -> list[str]:
             return [format_name(detector), *([_format_area(area)] if area else [])]
         case Ended(how):
             return [how]
+        case Wavelength(low_nm, high_nm):
+            return [_format_number(low_nm), _format_number(high_nm)]
     raise CriterionError(f"'{type(criterion).__name__}' is not a part of a criterion.")
 
 

@@ -13,8 +13,10 @@ A criterion is a question about one ray that is answered with yes or no. What ea
 `Happened`              some event has the kind
 `InMedium`              the ray was absorbed, or scattered, inside the medium
 `Crosses`               the detector registered the ray: a segment crosses it from the detector's side within its
-                        acceptance angle. With an area, some registered crossing lies in the area (borders included)
+                        acceptance angle. With an area, some registered crossing lies in the area (borders included).
+                        A detector on faces registers events on them, one of the far field the rays that left
 `Ended`                 the ray's last event is an absorption, the ray left the scene, or it was killed
+`Wavelength`            the ray was narrowed to one wavelength, which lies in the range (borders included)
 ======================  ==============================================================================================
 
 Trees are combined with ``&``, ``|`` and ``~``; an `And` never holds an `And` directly, nor an `Or` an `Or`.
@@ -48,6 +50,7 @@ __all__ = [
     "OnSurface",
     "Or",
     "Rectangle",
+    "Wavelength",
     "all_of",
     "any_of",
     "from_dict",
@@ -232,9 +235,29 @@ class Ended(Criterion):
         _check_one_of("ending", self.how, ENDINGS)
 
 
+@dataclass(frozen=True)
+class Wavelength(Criterion):
+    """Narrowed to one wavelength in a range: ``wavelength(LO, HI)`` in nm."""
+
+    low_nm: float
+    high_nm: float
+    word: ClassVar[str] = "wavelength"
+
+    def __post_init__(self) -> None:
+        for name in ("low_nm", "high_nm"):
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value <= _LONGEST_NM:
+                raise CriterionError(f"wavelength(LO, HI) takes two numbers in nm above 0, got {_short(value)}.")
+            object.__setattr__(self, name, float(value))
+        if self.low_nm > self.high_nm:
+            raise CriterionError(
+                f"wavelength(LO, HI) in nm needs LO <= HI, got ({self.low_nm:g}, {self.high_nm:g})."
+            )
+
+
 #: Every elementary event by its word in the text form.
 ELEMENTARY_EVENTS: dict[str, type[Criterion]] = {
-    event.word: event for event in (Everything, From, Hit, OnSurface, Happened, InMedium, Crosses, Ended)
+    event.word: event for event in (Everything, From, Hit, OnSurface, Happened, InMedium, Crosses, Ended, Wavelength)
 }
 
 
@@ -373,6 +396,8 @@ def _with_area(values: dict[str, Any]) -> dict[str, Any]:
 
 #: Numbers of an area beyond this would overflow when squared.
 _LARGEST_MM = 1e150
+#: No light that is traced has a longer wavelength.
+_LONGEST_NM = 1e9
 
 _TOO_DEEP = f"The criterion is nested more than {MAX_DEPTH} deep: write it with fewer brackets and negations."
 

@@ -1,126 +1,180 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Sums over the rays that cross a detector: in all, and cell by cell.
+"""Sums over the rays that a detector counts: in all, cell by cell, and band by band.
 
-A ray is one sample, however often it crosses: its crossings are added up before anything is squared. The sums in all
+A ray is one sample, however often it is counted: what it brings is added up before anything is squared. The sums in all
 are taken ray by ray and know nothing of cells, so that a detector's resolution changes no flux.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from raymaps.criterion import Area, Bound, Everything, inside_area, matching_rays
-
-from raymaps.scene import RectangleDetector
-
+from raymaps.criterion import Bound, Everything, matching_rays
+from raymaps.effects import scene_without
 from raymaps.store import Lights
 
 if TYPE_CHECKING:
     from raymaps.store import Portion, RayMap
 
-__all__ = ["CellSums", "sum_cells"]
+__all__ = ["CellSums", "Samples", "SpectrumSums", "Sums", "light_on_the_way", "rows_that_match", "sum_samples"]
 
 Float = NDArray[np.float64]
 
 
-class CellSums(NamedTuple):
-    """Sums over rays; ``X`` is a ray's light on the detector relative to its emission, ``X_c`` that in cell c."""
+@dataclass(frozen=True)
+class Samples:
+    """Light of a portion that a detector counts, in the order of the rays.
 
-    total: Float  # (n_sources,) sum of X
-    squares: Float  # (n_sources,) sum of X²
-    lumen: Float  # (n_sources,) sum of Y, the ray's lumens there for each W of its emission; 0 of RGB light
-    lumen_squares: Float  # (n_sources,) sum of Y²
+    Attributes
+    ----------
+    ray : (n,) int64
+        Ray within the portion.
+    lights : Lights
+    light : (n,) int64
+        Row in ``lights`` of the light that is counted.
+    less : (n,) int64
+        Row of the light that is taken off it; empty if none is.
+    cells : tuple of (n,) int64
+        Cell of each sample, once for each way in which the detector is divided; -1 none.
+    """
+
+    ray: NDArray[np.int64]
+    lights: Lights
+    light: NDArray[np.int64]
+    less: NDArray[np.int64]
+    cells: tuple[NDArray[np.int64], ...]
+
+
+class CellSums(NamedTuple):
+    """Sums over rays; ``X`` is a ray's light there relative to its emission, ``Y`` its lumens for each W of its emission,
+    ``X_c`` and ``Y_c`` those in cell c."""
+
     cell_light: Float  # (n_sources, n_cells, 5) sum of X_c, Y_c, and of red, green and blue
     cell_squares: Float  # (n_sources, n_cells) sum of X_c²
     cell_products: Float  # (n_sources, n_cells) sum of X_c X
+    cell_lumen_squares: Float  # (n_sources, n_cells) sum of Y_c²; of RGB light (n_sources, 0)
 
 
-def sum_cells(
-    raymap: RayMap,
-    detector_index: int,
-    resolution: tuple[int, int],
-    max_angle_rad: float | None,
-    area: Area | None,
-    bound: Bound,
-) -> tuple[CellSums, int, int]:
-    """Sum over all rays of a map that match a criterion and that a detector registers.
+class RaySums(NamedTuple):
+    """Sums over rays, whatever the cells."""
+
+    total: Float  # (n_sources,) sum of X
+    squares: Float  # (n_sources,) sum of X²
+    lumen: Float  # (n_sources,) sum of Y; 0 of RGB light
+    lumen_squares: Float  # (n_sources,) sum of Y²
+
+
+class SpectrumSums(NamedTuple):
+    """Sums over rays; ``X_b`` is a ray's light there in band b."""
+
+    total: Float  # (n_sources, n_bands) sum of X_b
+    squares: Float  # (n_sources, n_bands) sum of X_b²
+
+
+class Sums(NamedTuple):
+    """What a detector counted: sums over rays, over cells for each division, and by band where spectra were stored."""
+
+    rays: RaySums
+    cells: tuple[CellSums, ...]
+    spectrum: SpectrumSums | None
+    n_rays: int
+    n_samples: int
+
+
+def sum_samples(raymap: RayMap, samples_of: Callable[[Portion], Samples | None], n_cells: tuple[int, ...]) -> Sums:
+    """Add up what a detector counts over all portions of a map.
 
     Parameters
     ----------
-    detector_index : int
-    resolution : (n_x, n_y)
-        Cells are counted row by row from the lower left.
-    max_angle_rad : float or None
-        Acceptance angle in place of the detector's own.
-    area : Rectangle, Ellipse or None
-        Part of the detector that counts.
-    bound : Bound
-        Criterion that the rays must match.
+    samples_of : function of a portion to its samples, None if it has none
+    n_cells : tuple of int
+        Number of cells of each division of the detector.
+    """
+    from raymaps.results.cells_kernel import add_rays, add_spectra, add_to_cells
+
+    n_sources = len(raymap.names.sources)
+    rays = RaySums(*(np.zeros(n_sources) for _ in range(4)))
+    divisions = tuple(_empty(n_sources, n, raymap.bands.lumen_per_w is not None) for n in n_cells)
+    in_cell = [np.zeros((2, n)) for n in n_cells]
+    spectral = raymap.bands.is_spectral and all(portion.lights.has_spectra for portion in raymap.portions)
+    spectrum = SpectrumSums(*(np.zeros((n_sources, raymap.bands.n)) for _ in range(2))) if spectral else None
+    n_rays = n_samples = 0
+    for portion in raymap.portions:
+        samples = samples_of(portion)
+        if samples is None or not len(samples.ray):
+            continue
+        n_samples += len(samples.ray)
+        source = portion.signatures.ray_source[portion.ray_signature]
+        measured = _measured(samples.lights)
+        for cell, division, room in zip(samples.cells, divisions, in_cell, strict=True):
+            add_to_cells(samples.ray, samples.light, samples.less, cell, measured, source, division, room)
+        n_rays += add_rays(samples.ray, samples.light, samples.less, measured, source, rays)
+        if spectrum is not None:
+            values = samples.lights.values
+            room_of_bands = np.zeros(raymap.bands.n)
+            add_spectra(samples.ray, samples.light, samples.less, values, source, spectrum, room_of_bands)
+    return Sums(rays, divisions, spectrum, n_rays, n_samples)
+
+
+def _empty(n_sources: int, n_cells: int, with_lumens: bool) -> CellSums:
+    per_cell = (n_sources, n_cells)
+    return CellSums(
+        np.zeros((*per_cell, 5)), np.zeros(per_cell), np.zeros(per_cell),
+        np.zeros(per_cell if with_lumens else (n_sources, 0)),
+    )  # fmt: skip
+
+
+def rows_that_match(portion: Portion, bound: Bound, rows: NDArray[np.int64], ray: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Those of the rows whose rays, (n_rows,), match a criterion."""
+    if not len(rows) or isinstance(bound.criterion, Everything):
+        return rows
+    wanted = np.zeros(portion.n_rays, bool)
+    wanted[matching_rays(portion, bound)] = True
+    return rows[wanted[ray]]
+
+
+def light_on_the_way(
+    raymap: RayMap, portion: Portion, row: NDArray[np.int64], place_mm: Callable[[NDArray[np.int64]], Float]
+) -> tuple[Lights, NDArray[np.int64]]:
+    """The light with which segments arrive at places on them.
+
+    Along a segment the light in all is constant, because what media take is drawn. In a medium that takes the bands
+    unequally their shares shift on the way: to l_b exp(-a_b t), scaled to the same sum. Where a spectral simulation
+    stored colours in place of spectra the light keeps the colour of the segment's start.
+
+    Parameters
+    ----------
+    row : (n,) int64
+        Events that start the segments.
+    place_mm : function
+        Of some of the segments, (k,) int64 from 0 to n - 1, to the places on them, (k, 3) float64.
 
     Returns
     -------
-    CellSums, number of rays, number of crossings
-    """
-    from raymaps.results.cells_kernel import add_crossings
-
-    detector = raymap.scene.detectors[raymap.names.detectors[detector_index]]
-    n_sources, n_cells = len(raymap.names.sources), resolution[0] * resolution[1]
-    per_cell = (n_sources, n_cells)
-    sums = CellSums(
-        *(np.zeros(n_sources) for _ in range(4)), np.zeros((*per_cell, 5)), np.zeros(per_cell), np.zeros(per_cell)
-    )
-    in_cell = np.zeros(n_cells)
-    n_rays = n_crossings = 0
-    for portion in raymap.portions:
-        rows = _counted(portion, detector, detector_index, max_angle_rad, area, bound)
-        if len(rows):
-            n_crossings += len(rows)
-            light, light_row = _light_at_crossings(raymap, portion, detector, detector_index)
-            n_rays += add_crossings(
-                rows,
-                portion.crossing_ray,
-                light_row,
-                portion.crossing_xy_mm,
-                light,
-                portion.signatures.ray_source[portion.ray_signature],
-                (detector.width_mm, detector.height_mm),
-                resolution,
-                sums,
-                in_cell,
-            )
-    return sums, n_rays, n_crossings
-
-
-def _light_at_crossings(
-    raymap: RayMap, portion: Portion, detector: RectangleDetector, detector_index: int
-) -> tuple[Float, NDArray[np.int64]]:
-    """Power, lumens, red, green and blue, (n, 5), and for each crossing its row there.
-
-    Along a segment the light in all is constant, because what media take is drawn. In a medium that takes the bands
-    unequally their shares shift on the way to the crossing: to l_b exp(-a_b t), scaled to the same sum. Where a spectral
-    simulation stored colours in place of spectra the crossing has the colour of its segment's start.
+    Lights, and (n,) int64 the row in them of each place
     """
     lights = portion.lights
-    row = portion.crossing_row
+    light_row = portion.event_light[row].astype(np.int64)
     extinction = _extinction_per_mm(raymap)
     tinted = (extinction != extinction[:, :1]).any(axis=1)
     if lights.spectra is None or not tinted.any():
-        return _measured(lights), portion.event_light[row].astype(np.int64)
+        return lights, light_row
     medium = portion.signatures.medium[portion.event_step[row]]
-    mine = portion.crossing_detector == detector_index
-    here = np.flatnonzero(tinted[medium] & mine)
-    place = np.array(detector.center_mm) + portion.crossing_xy_mm[here] @ detector.axes[:2]
-    way_mm = np.linalg.norm(place - portion.position_mm[row[here]], axis=1)
-    light = lights.spectra[portion.event_light[row[here]]].astype(np.float64)
+    here = np.flatnonzero(tinted[medium])
+    way_mm = np.linalg.norm(place_mm(here) - portion.position_mm[row[here]], axis=1)
+    light = lights.spectra[light_row[here]].astype(np.float64)
     through = light * np.exp(-extinction[medium[here]] * way_mm[:, None])
-    through *= (light.sum(axis=1) / through.sum(axis=1))[:, None]
-    recoloured = Lights(through, lights.names, lights.bands)
-    light_row = portion.event_light[row].astype(np.int64)
+    sums = through.sum(axis=1)
+    lost = sums <= 0.0  # so far that nothing is left to tell the colour by
+    through[lost] = light[lost]
+    through *= (light.sum(axis=1) / np.where(lost, np.maximum(light.sum(axis=1), 1e-300), sums))[:, None]
     light_row[here] = len(lights.values) + np.arange(len(here))
-    return np.concatenate([_measured(lights), _measured(recoloured)]), light_row
+    return Lights(np.concatenate([lights.values, through]), lights.names, lights.bands), light_row
 
 
 def _measured(lights: Lights) -> Float:
@@ -131,36 +185,10 @@ def _measured(lights: Lights) -> Float:
 
 def _extinction_per_mm(raymap: RayMap) -> Float:
     """What each medium takes from a segment by absorption and scattering, (n_media, n_bands)."""
-    media = raymap.scene.media
+    media = scene_without(raymap.scene).media
     result = np.zeros((len(raymap.names.media), raymap.bands.n))
     for i, name in enumerate(raymap.names.media):
         if name in media:
             values = (media[name].absorption_per_mm, *(s.coefficient_per_mm for s in media[name].scattering))
             result[i] = sum(raymap.bands.average(value, f"Medium '{name}'") for value in values)
     return result
-
-
-def _counted(
-    portion: Portion,
-    detector: RectangleDetector,
-    detector_index: int,
-    max_angle_rad: float | None,
-    area: Area | None,
-    bound: Bound,
-) -> NDArray[np.int64]:
-    """Rows of the crossings that count."""
-    if not portion.n_crossings:
-        return np.zeros(0, np.int64)
-    counted = portion.crossing_detector == detector_index
-    if max_angle_rad is None:
-        counted &= portion.crossing_registered
-    else:
-        counted &= detector.accepts(portion.crossing_angle_rad, max_angle_rad)
-    rows = np.flatnonzero(counted)
-    if area is not None:
-        rows = rows[inside_area(area, portion.crossing_xy_mm[rows])]
-    if len(rows) and not isinstance(bound.criterion, Everything):
-        wanted = np.zeros(portion.n_rays, bool)
-        wanted[matching_rays(portion, bound)] = True
-        rows = rows[wanted[portion.crossing_ray[rows]]]
-    return rows

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The loop behind `raymaps.results.cells`: crossings of a detector added up ray by ray and cell by cell."""
+"""The loops behind `raymaps.results.cells`: samples of a detector added up ray by ray, cell by cell and band by band.
+
+A ray's samples stand next to each other.
+"""
 
 from __future__ import annotations
 
@@ -7,77 +10,145 @@ import numpy as np
 
 from raymaps.jit import kernel
 
-__all__ = ["add_crossings"]
+__all__ = ["add_rays", "add_spectra", "add_to_cells", "rectangle_cells"]
 
 
 @kernel
-def add_crossings(rows, ray, light_row, xy_mm, light, source_of_ray, size_mm, resolution, sums, in_cell):
-    """Add the crossings of a portion that count.
-
-    A ray's crossings stand next to each other. Its light in all is added up first and does not depend on the cells.
+def add_rays(ray, light_row, less_row, light, source_of_ray, sums):
+    """Add the samples of a portion, whatever their cells.
 
     Parameters
     ----------
-    rows : (n,) int64
-        Crossings that count, ascending.
-    ray, light_row : (n_crossings,) int64
-        Ray of each crossing, and the row of its light.
-    xy_mm : (n_crossings, 2) float
+    ray, light_row : (n,) int64
+        Ray of each sample, ascending, and the row of its light.
+    less_row : (n,) int64, or empty
+        Row of the light that is taken off.
     light : (n_lights, 5) float64
         Power, lumens, red, green, blue.
     source_of_ray : (n_rays,) int
-    size_mm : (width, height)
-    resolution : (n_x, n_y)
-    sums : CellSums, added to
-    in_cell : (n_cells,) float64
-        Room for the light of one ray in each cell; zeros, and zeros again afterwards.
+    sums : RaySums, added to
 
     Returns
     -------
-    int: number of rays among the crossings
+    int: number of rays among the samples
     """
     n_rays = 0
-    n_x, n_y = resolution
-    per_mm_x, per_mm_y = n_x / size_mm[0], n_y / size_mm[1]
     start = 0
-    while start < len(rows):
-        this_ray = ray[rows[start]]
-        source = source_of_ray[this_ray]
-        in_all = lumen_in_all = 0.0
+    while start < len(ray):
+        source = source_of_ray[ray[start]]
+        power = lumen = 0.0
         end = start
-        while end < len(rows) and ray[rows[end]] == this_ray:
-            at = light_row[rows[end]]
-            in_all += light[at, 0]
-            lumen_in_all += light[at, 1]
+        while end < len(ray) and ray[end] == ray[start]:
+            power += _value(light, light_row, less_row, end, 0)
+            lumen += _value(light, light_row, less_row, end, 1)
             end += 1
-        sums.total[source] += in_all
-        sums.squares[source] += in_all * in_all
-        sums.lumen[source] += lumen_in_all
-        sums.lumen_squares[source] += lumen_in_all * lumen_in_all
+        sums.total[source] += power
+        sums.squares[source] += power * power
+        sums.lumen[source] += lumen
+        sums.lumen_squares[source] += lumen * lumen
         n_rays += 1
-
-        for k in range(start, end):
-            row = rows[k]
-            at = light_row[row]
-            cell = _cell(xy_mm[row, 0], xy_mm[row, 1], size_mm, per_mm_x, per_mm_y, n_x, n_y)
-            power = light[at, 0]
-            for value in range(5):
-                sums.cell_light[source, cell, value] += light[at, value]
-            sums.cell_products[source, cell] += power * in_all
-            in_cell[cell] += power
-        # several crossings of a ray in one cell are one sample
-        for k in range(start, end):
-            row = rows[k]
-            cell = _cell(xy_mm[row, 0], xy_mm[row, 1], size_mm, per_mm_x, per_mm_y, n_x, n_y)
-            sums.cell_squares[source, cell] += in_cell[cell] * in_cell[cell]  # nothing the second time
-            in_cell[cell] = 0.0
         start = end
     return n_rays
 
 
 @kernel
-def _cell(x_mm, y_mm, size_mm, per_mm_x, per_mm_y, n_x, n_y):
-    """Cell of a point, counted row by row from the lower left; the outer borders belong to the outer cells."""
-    column = int((np.float64(x_mm) + size_mm[0] / 2) * per_mm_x)
-    line = int((np.float64(y_mm) + size_mm[1] / 2) * per_mm_y)
-    return min(max(line, 0), n_y - 1) * n_x + min(max(column, 0), n_x - 1)
+def add_to_cells(ray, light_row, less_row, cell, light, source_of_ray, sums, in_cell):
+    """Add the samples of a portion to their cells.
+
+    Parameters
+    ----------
+    ray, light_row, less_row, light, source_of_ray
+        As of `add_rays`.
+    cell : (n,) int64, -1 for none
+    sums : CellSums, added to
+    in_cell : (2, n_cells) float64
+        Room for the power and lumens of one ray in each cell; zeros, and zeros again afterwards.
+    """
+    with_lumens = sums.cell_lumen_squares.shape[1] > 0
+    start = 0
+    while start < len(ray):
+        source = source_of_ray[ray[start]]
+        in_all = 0.0
+        end = start
+        while end < len(ray) and ray[end] == ray[start]:
+            in_all += _value(light, light_row, less_row, end, 0)
+            end += 1
+        for k in range(start, end):
+            c = cell[k]
+            if c < 0:
+                continue
+            for value in range(5):
+                sums.cell_light[source, c, value] += _value(light, light_row, less_row, k, value)
+            power = _value(light, light_row, less_row, k, 0)
+            sums.cell_products[source, c] += power * in_all
+            in_cell[0, c] += power
+            if with_lumens:
+                in_cell[1, c] += _value(light, light_row, less_row, k, 1)
+        # several samples of a ray in one cell are one sample
+        for k in range(start, end):
+            c = cell[k]
+            if c < 0:
+                continue
+            sums.cell_squares[source, c] += in_cell[0, c] * in_cell[0, c]  # nothing the second time
+            in_cell[0, c] = 0.0
+            if with_lumens:
+                sums.cell_lumen_squares[source, c] += in_cell[1, c] * in_cell[1, c]
+                in_cell[1, c] = 0.0
+        start = end
+
+
+@kernel
+def add_spectra(ray, light_row, less_row, light, source_of_ray, sums, of_ray):
+    """Add the samples of a portion band by band.
+
+    Parameters
+    ----------
+    ray, light_row, less_row, source_of_ray
+        As of `add_rays`.
+    light : (n_lights, n_bands) float
+    sums : SpectrumSums, added to
+    of_ray : (n_bands,) float64
+        Room for the light of one ray.
+    """
+    start = 0
+    while start < len(ray):
+        source = source_of_ray[ray[start]]
+        of_ray[:] = 0.0
+        end = start
+        while end < len(ray) and ray[end] == ray[start]:
+            for band in range(len(of_ray)):
+                of_ray[band] += _value(light, light_row, less_row, end, band)
+            end += 1
+        for band in range(len(of_ray)):
+            sums.total[source, band] += of_ray[band]
+            sums.squares[source, band] += of_ray[band] * of_ray[band]
+        start = end
+
+
+@kernel
+def _value(light, light_row, less_row, k, value):
+    """One of the values of a sample's light."""
+    if len(less_row) > 0:
+        return np.float64(light[light_row[k], value]) - np.float64(light[less_row[k], value])
+    return np.float64(light[light_row[k], value])
+
+
+@kernel
+def rectangle_cells(rows, xy_mm, size_mm, resolution, cell):
+    """Cells of points of a rectangle, counted row by row from the lower left; the outer borders belong to the outer cells.
+
+    Parameters
+    ----------
+    rows : (n,) int64
+    xy_mm : (n_points, 2) float
+    size_mm : (width, height)
+    resolution : (n_x, n_y)
+    cell : (n,) int64, filled
+    """
+    n_x, n_y = resolution
+    per_mm_x, per_mm_y = n_x / size_mm[0], n_y / size_mm[1]
+    for k in range(len(rows)):
+        row = rows[k]
+        column = int((np.float64(xy_mm[row, 0]) + size_mm[0] / 2) * per_mm_x)
+        line = int((np.float64(xy_mm[row, 1]) + size_mm[1] / 2) * per_mm_y)
+        cell[k] = min(max(line, 0), n_y - 1) * n_x + min(max(column, 0), n_x - 1)

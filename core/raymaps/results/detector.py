@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""A detector evaluated from the stored crossings: other resolution, acceptance angle, source, rays or region.
+"""A detector evaluated from what is stored: other resolution, acceptance angle, source, rays or region.
 
 Every crossing of a detector's rectangle is stored with its place and angle, whether or not the detector registered it,
-so nothing has to be simulated again. Every figure has its standard error (see `raymaps.criterion.estimate`).
+so nothing has to be simulated again. Detectors on faces and of the far field read the stored events
+(`raymaps.results.face_detector`, `raymaps.results.far_field`). Every figure has its standard error (see
+`raymaps.criterion.estimate`).
 """
 
 from __future__ import annotations
@@ -16,28 +18,27 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from raymaps.criterion import (
-    Area,
-    Criterion,
-    Ellipse,
-    Everything,
-    From,
-    Rectangle,
-    all_of,
-    bind,
-    covariance_w2,
-    estimate_flux,
-    format_criterion,
-    inside_area,
-    parse_criterion,
-)
+from raymaps.criterion import Area, Criterion, Ellipse, Rectangle, inside_area
 from raymaps.errors import CriterionError, unknown_name
-from raymaps.results.cells import CellSums, sum_cells
+from raymaps.results.cells import Samples, Sums, light_on_the_way, rows_that_match, sum_samples
+from raymaps.results.figures import (
+    Asked,
+    Spectrum,
+    Statistic,
+    asked_rays,
+    named,
+    photometric,
+    radiometric,
+    spectrum_of,
+)
 from raymaps.results.regions import cell_areas_mm2, cell_centres_mm, cell_edges_mm
+from raymaps.scene import FaceDetector, FarFieldDetector, RectangleDetector
 from raymaps.units import format_flux
 
 if TYPE_CHECKING:
-    from raymaps.store import RayMap
+    from raymaps.results.face_detector import FaceMap
+    from raymaps.results.far_field import FarFieldMap
+    from raymaps.store import Portion, RayMap
 
 __all__ = ["MAX_CELLS", "DetectorMap", "Statistic", "evaluate_detector"]
 
@@ -45,14 +46,8 @@ Float = NDArray[np.float64]
 
 #: How many cells a detector may be divided into.
 MAX_CELLS = 4_000_000
-
-
-@dataclass(frozen=True)
-class Statistic:
-    """A figure with its standard error."""
-
-    value: float
-    stderr: float
+#: mm² in a m²: lx are lm/m².
+MM2_PER_M2 = 1e6
 
 
 @dataclass(frozen=True)
@@ -84,9 +79,17 @@ class DetectorMap:
         Minimum over mean; None where no light arrived.
     cell_flux_w, cell_stderr_w : (n_y, n_x) float64
         Flux in each cell (its part in the region) and its standard error; the first row is the lowest y.
-    cell_flux_rgb_w : (n_y, n_x, 3 bands) float64
+    cell_flux_rgb_w : (n_y, n_x, 3) float64
+        Red, green and blue; of a spectral simulation linear sRGB, whose luminance is in units of 683 lm.
     cell_area_mm2 : (n_y, n_x) float64
         Area of each cell in the region.
+    flux_lm, mean_lx, min_lx, max_lx : Statistic or None
+        Luminous flux and illuminance, as of the radiant ones; None of an RGB simulation, which knows no lumens.
+    cell_flux_lm, cell_stderr_lm : (n_y, n_x) float64 or None
+    spectrum : Spectrum or None
+        Registered light by band, where spectra were stored.
+    without : tuple of str
+        Effects that were switched off.
     """
 
     detector: str
@@ -110,9 +113,17 @@ class DetectorMap:
     cell_stderr_w: Float = field(repr=False)
     cell_flux_rgb_w: Float = field(repr=False)
     cell_area_mm2: Float = field(repr=False)
+    flux_lm: Statistic | None = None
+    mean_lx: Statistic | None = None
+    min_lx: Statistic | None = None
+    max_lx: Statistic | None = None
+    cell_flux_lm: Float | None = field(default=None, repr=False)
+    cell_stderr_lm: Float | None = field(default=None, repr=False)
+    spectrum: Spectrum | None = field(default=None, repr=False)
+    without: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        for array in (self.cell_flux_w, self.cell_stderr_w, self.cell_flux_rgb_w, self.cell_area_mm2):
+        for array in (self.cell_flux_rgb_w, self.cell_area_mm2):
             array.setflags(write=False)
 
     @property
@@ -128,9 +139,12 @@ class DetectorMap:
     @property
     def irradiance_w_per_mm2(self) -> Float:
         """Irradiance of each cell, (n_y, n_x); NaN outside the region."""
-        return np.divide(
-            self.cell_flux_w, self.cell_area_mm2, np.full_like(self.cell_flux_w, np.nan), where=self.cell_area_mm2 > 0
-        )
+        return _over(self.cell_flux_w, self.cell_area_mm2)
+
+    @property
+    def illuminance_lx(self) -> Float | None:
+        """Illuminance of each cell, (n_y, n_x), NaN outside the region; None of an RGB simulation."""
+        return None if self.cell_flux_lm is None else _over(self.cell_flux_lm, self.cell_area_mm2) * MM2_PER_M2
 
     def to_dict(self) -> dict[str, Any]:
         """The figures, as the command line and the server print them; arrays are left to `write`."""
@@ -149,24 +163,31 @@ class DetectorMap:
             "flux_stderr_w": self.flux_w.stderr,
         }
         for name in ("mean", "min", "max"):
-            figure: Statistic = getattr(self, f"{name}_w_per_mm2")
-            data[f"{name}_w_per_mm2"] = figure.value
-            data[f"{name}_stderr_w_per_mm2"] = figure.stderr
+            data |= named(getattr(self, f"{name}_w_per_mm2"), name, "w_per_mm2")
         data["uniformity"] = self.uniformity.value if self.uniformity else None
         data["uniformity_stderr"] = self.uniformity.stderr if self.uniformity else None
+        if self.flux_lm is not None:
+            data |= named(self.flux_lm, "flux", "lm")
+            for name in ("mean", "min", "max"):
+                data |= named(getattr(self, f"{name}_lx"), name, "lx")
+        if self.spectrum is not None:
+            data["spectrum"] = self.spectrum.to_dict()
+        if self.without:
+            data["without"] = list(self.without)
         return data
 
     def to_text(self) -> str:
         """The figures for people, a line each."""
         rows = [
-            ("flux", format_flux(self.flux_w.value, self.flux_w.stderr)),
+            ("flux", with_lumens(self.flux_w, "W", "", self.flux_lm, "lm")),
             ("crossings", f"{self.crossings} by {self.rays} rays"),
         ]
         for name in ("mean", "min", "max"):
             figure: Statistic = getattr(self, f"{name}_w_per_mm2")
-            rows.append((name, f"{format_flux(figure.value, figure.stderr)} per mm²"))
+            rows.append((name, with_lumens(figure, "W", " per mm²", getattr(self, f"{name}_lx"), "lx")))
         if self.uniformity:
             rows.append(("uniformity", f"{self.uniformity.value:.4g} ± {self.uniformity.stderr:.2g} (min / mean)"))
+        rows += without_rows(self.without)
         title = f"{self.detector}, {self.side} side up to {self.max_angle_deg:g}°"
         title += f", from {self.source}" if self.source is not None else ""
         title += f", where {self.criterion}" if self.criterion is not None else ""
@@ -187,6 +208,21 @@ class DetectorMap:
         return write_detector_map(self, path)
 
 
+def _over(values: Float, areas_mm2: Float) -> Float:
+    return np.divide(values, areas_mm2, np.full_like(values, np.nan), where=areas_mm2 > 0)
+
+
+def with_lumens(figure: Statistic, unit: str, per: str, other: Statistic | None, other_unit: str) -> str:
+    """A radiometric figure for people, and behind it the photometric one if there is one."""
+    text = f"{format_flux(figure.value, figure.stderr, unit)}{per}"
+    return text if other is None else f"{text}, {format_flux(other.value, other.stderr, other_unit)}"
+
+
+def without_rows(without: tuple[str, ...]) -> list[tuple[str, str]]:
+    """A row of a text that tells which effects were switched off."""
+    return [("without", ", ".join(without))] if without else []
+
+
 def evaluate_detector(
     raymap: RayMap,
     name: str,
@@ -197,7 +233,7 @@ def evaluate_detector(
     where: Criterion | str | None = None,
     rect: Sequence[float] | None = None,
     ellipse: Sequence[float] | None = None,
-) -> DetectorMap:
+) -> DetectorMap | FaceMap | FarFieldMap:
     """What a detector registered, under other conditions if wanted.
 
     Parameters
@@ -205,15 +241,17 @@ def evaluate_detector(
     raymap : RayMap
     name : str
     resolution : (n_x, n_y), optional
-        Cells in place of the detector's own; it changes no flux.
+        Cells in place of the detector's own; it changes no flux. Of a far field half planes C and steps in gamma; faces
+        are divided into about n_x n_y cells.
     max_angle_deg : float, optional
-        Acceptance angle in place of the detector's own, up to 90; it may be larger.
+        Acceptance angle in place of the detector's own, up to 90; it may be larger. On faces the angle of incidence, of
+        a far field the angle gamma to its axis.
     source : str, optional
         Only rays of this source.
     where : Criterion or str, optional
         Only rays that match.
     rect, ellipse : four float, optional
-        Only light that arrives in this region, in mm from the detector's centre: corners ``(x0, y0, x1, y1)``, or
+        Only light that arrives in this region of a rectangle, in mm from its centre: corners ``(x0, y0, x1, y1)``, or
         centre and radii ``(cx, cy, rx, ry)``.
 
     Raises
@@ -221,17 +259,39 @@ def evaluate_detector(
     CriterionError
         If there is no such detector or source, or a condition makes no sense.
     """
-    names = raymap.names
-    if name not in names.detectors:
-        raise CriterionError(unknown_name("detector", name, names.detectors))
+    if name not in raymap.names.detectors:
+        raise CriterionError(unknown_name("detector", name, raymap.names.detectors))
     detector = raymap.scene.detectors[name]
-    n_x, n_y = resolution = _checked_resolution(resolution or detector.resolution)
+    if resolution is not None:
+        resolution = _checked_resolution(resolution)
     if max_angle_deg is not None and not 0 < max_angle_deg <= 90:
         raise CriterionError(f"The acceptance angle must be above 0 and at most 90 degrees, got {max_angle_deg:g}.")
     area = _region(rect, ellipse)
-    criterion = parse_criterion(where) if isinstance(where, str) else where
-    conditions = [*([From(source)] if source is not None else []), *([criterion] if criterion is not None else [])]
-    bound = bind(all_of(conditions), names)
+    if area is not None and not isinstance(detector, RectangleDetector):
+        what = "the far field" if isinstance(detector, FarFieldDetector) else "faces"
+        raise CriterionError(f"Detector '{name}' is one of {what}: a rect or ellipse can only be cut out of a rectangle.")
+    asked = asked_rays(raymap, source, where)
+    if isinstance(detector, FaceDetector):
+        from raymaps.results.face_detector import evaluate_faces
+
+        return evaluate_faces(raymap, name, detector, asked, resolution, max_angle_deg)
+    if isinstance(detector, FarFieldDetector):
+        from raymaps.results.far_field import evaluate_far_field
+
+        return evaluate_far_field(raymap, name, detector, asked, resolution, max_angle_deg)
+    return _evaluate_rectangle(raymap, name, detector, asked, resolution or detector.resolution, max_angle_deg, area)
+
+
+def _evaluate_rectangle(
+    raymap: RayMap,
+    name: str,
+    detector: RectangleDetector,
+    asked: Asked,
+    resolution: tuple[int, int],
+    max_angle_deg: float | None,
+    area: Area | None,
+) -> DetectorMap:
+    n_x, n_y = resolution
     x_edges_mm, y_edges_mm = cell_edges_mm(detector.width_mm, n_x), cell_edges_mm(detector.height_mm, n_y)
     cell_area_mm2 = cell_areas_mm2(x_edges_mm, y_edges_mm, area)
     area_mm2 = float(cell_area_mm2.sum())
@@ -240,27 +300,23 @@ def evaluate_detector(
             f"The region lies outside detector '{name}', which reaches {detector.width_mm / 2:g} mm along x and "
             f"{detector.height_mm / 2:g} mm along y from its centre."
         )
-    sums, n_rays, n_crossings = sum_cells(
-        raymap,
-        names.detectors.index(name),
-        resolution,
-        None if max_angle_deg is None else math.radians(max_angle_deg),
-        area,
-        bound,
-    )
+    sums = _sum_crossings(raymap, name, detector, asked, resolution, max_angle_deg, area)
     counting = cell_area_mm2 > 0
     centres = np.stack(np.meshgrid(cell_centres_mm(x_edges_mm), cell_centres_mm(y_edges_mm)), axis=-1).reshape(-1, 2)
     if area is not None:
         inside = inside_area(area, centres).reshape(n_y, n_x) & counting
         counting = inside if inside.any() else counting
-    figures = _statistics(
-        sums,
-        raymap.source_flux_w,
-        raymap.rays_of_source,
-        ~bound.on_sources(len(names.sources)).maybe,
-        cell_area_mm2,
-        counting,
-    )
+    watts = radiometric(raymap, asked, sums, 0, cell_area_mm2.ravel(), counting.ravel())
+    lumens = photometric(raymap, asked, sums, 0, cell_area_mm2.ravel(), counting.ravel())
+    shape = cell_area_mm2.shape
+    seen = {} if lumens is None else {
+        "flux_lm": lumens.flux,
+        "mean_lx": lumens.mean.scaled(MM2_PER_M2),
+        "min_lx": lumens.least.scaled(MM2_PER_M2),
+        "max_lx": lumens.most.scaled(MM2_PER_M2),
+        "cell_flux_lm": lumens.cells.reshape(shape),
+        "cell_stderr_lm": lumens.cells_stderr.reshape(shape),
+    }  # fmt: skip
     return DetectorMap(
         detector=name,
         side=detector.side,
@@ -268,15 +324,76 @@ def evaluate_detector(
         height_mm=detector.height_mm,
         resolution=resolution,
         max_angle_deg=detector.max_angle_deg if max_angle_deg is None else float(max_angle_deg),
-        source=source,
-        criterion=None if criterion is None or isinstance(criterion, Everything) else format_criterion(criterion),
+        source=asked.source,
+        criterion=asked.criterion,
         area=area,
         area_mm2=area_mm2,
-        rays=n_rays,
-        crossings=n_crossings,
+        rays=sums.n_rays,
+        crossings=sums.n_samples,
+        flux_w=watts.flux,
+        mean_w_per_mm2=watts.mean,
+        min_w_per_mm2=watts.least,
+        max_w_per_mm2=watts.most,
+        uniformity=watts.uniformity,
+        cell_flux_w=watts.cells.reshape(shape),
+        cell_stderr_w=watts.cells_stderr.reshape(shape),
+        cell_flux_rgb_w=cell_rgb_w(raymap, sums, 0).reshape(*shape, 3),
         cell_area_mm2=cell_area_mm2,
-        **figures,
+        spectrum=spectrum_of(raymap, asked, sums),
+        without=raymap.scene.settings.without,
+        **seen,
     )
+
+
+def cell_rgb_w(raymap: RayMap, sums: Sums, division: int) -> Float:
+    """Red, green and blue in each cell, (n_cells, 3)."""
+    ray_flux_w = raymap.source_flux_w / np.maximum(raymap.rays_of_source, 1)
+    return np.asarray(np.einsum("s,scb->cb", ray_flux_w, sums.cells[division].cell_light[:, :, 2:]))
+
+
+def _sum_crossings(
+    raymap: RayMap,
+    name: str,
+    detector: RectangleDetector,
+    asked: Asked,
+    resolution: tuple[int, int],
+    max_angle_deg: float | None,
+    area: Area | None,
+) -> Sums:
+    """Sums over the crossings that count."""
+    from raymaps.results.cells_kernel import rectangle_cells
+
+    index = raymap.names.detectors.index(name)
+    center_mm, axes = np.array(detector.center_mm), detector.axes[:2]
+
+    def samples_of(portion: Portion) -> Samples | None:
+        rows = _counted(portion, detector, index, max_angle_deg, area)
+        rows = rows_that_match(portion, asked.bound, rows, portion.crossing_ray[rows]) if len(rows) else rows
+        if not len(rows):
+            return None
+        lights, light_row = light_on_the_way(
+            raymap, portion, portion.crossing_row[rows], lambda some: center_mm + portion.crossing_xy_mm[rows[some]] @ axes
+        )
+        cell = np.empty(len(rows), np.int64)
+        rectangle_cells(rows, portion.crossing_xy_mm, (detector.width_mm, detector.height_mm), resolution, cell)
+        return Samples(portion.crossing_ray[rows], lights, light_row, np.zeros(0, np.int64), (cell,))
+
+    return sum_samples(raymap, samples_of, (resolution[0] * resolution[1],))
+
+
+def _counted(
+    portion: Portion, detector: RectangleDetector, index: int, max_angle_deg: float | None, area: Area | None
+) -> NDArray[np.int64]:
+    """Rows of the crossings that count, whatever their rays."""
+    if not portion.n_crossings:
+        return np.zeros(0, np.int64)
+    counted = portion.crossing_detector == index
+    if max_angle_deg is None:
+        counted &= portion.crossing_registered
+    else:
+        counted &= detector.accepts(portion.crossing_angle_rad, math.radians(max_angle_deg))
+    rows = np.flatnonzero(counted)
+    return rows if area is None else rows[inside_area(area, portion.crossing_xy_mm[rows])]
 
 
 def _region(rect: Sequence[float] | None, ellipse: Sequence[float] | None) -> Area | None:
@@ -297,54 +414,3 @@ def _checked_resolution(resolution: tuple[int, int]) -> tuple[int, int]:
             f"The resolution of a detector must be 1x1 or more and at most {MAX_CELLS} cells, got {n_x}x{n_y}."
         )
     return n_x, n_y
-
-
-def _statistics(
-    sums: CellSums,
-    source_flux_w: Float,
-    n_rays: NDArray[np.int64],
-    impossible: NDArray[np.bool_],
-    cell_area_mm2: Float,
-    counting: NDArray[np.bool_],
-) -> dict[str, Any]:
-    """The figures of a `DetectorMap` from sums over rays; sources that can't match have no error."""
-    shape = cell_area_mm2.shape
-    flux_w, stderr_w = estimate_flux(source_flux_w, n_rays, sums.total, sums.squares, impossible)
-    # An empty cell is as uncertain as one ray there: a typical one of those that arrived, or one with all its light.
-    typical = np.divide(sums.squares, sums.total, np.ones_like(sums.total), where=sums.total > 0)
-    cell_total = sums.cell_light[:, :, 0]
-    cell_w, cell_stderr_w = estimate_flux(
-        source_flux_w, n_rays, cell_total, sums.cell_squares, impossible, typical[:, None]
-    )
-    ray_flux_w = source_flux_w / np.maximum(n_rays, 1)
-    area_mm2 = cell_area_mm2.sum()
-    mean = Statistic(float(flux_w / area_mm2), float(stderr_w / area_mm2))
-
-    cells = np.flatnonzero(counting)
-    area_of = cell_area_mm2.ravel()
-    irradiance = cell_w[cells] / area_of[cells]
-    darkest, brightest = cells[np.argmin(irradiance)], cells[np.argmax(irradiance)]
-
-    def of_cell(cell: np.intp) -> Statistic:
-        return Statistic(float(cell_w[cell] / area_of[cell]), float(cell_stderr_w[cell] / area_of[cell]))
-
-    least = of_cell(darkest)
-    uniformity = None
-    if mean.value > 0:
-        # u = min / mean: var u = (var min + u² var mean - 2 u cov(min, mean)) / mean²
-        covariance = covariance_w2(
-            source_flux_w, n_rays, cell_total[:, darkest], sums.total, sums.cell_products[:, darkest]
-        ) / (area_of[darkest] * area_mm2)
-        u = least.value / mean.value
-        variance = least.stderr**2 + u**2 * mean.stderr**2 - 2 * u * float(covariance)
-        uniformity = Statistic(u, math.sqrt(max(variance, 0.0)) / mean.value)
-    return {
-        "flux_w": Statistic(float(flux_w), float(stderr_w)),
-        "mean_w_per_mm2": mean,
-        "min_w_per_mm2": least,
-        "max_w_per_mm2": of_cell(brightest),
-        "uniformity": uniformity,
-        "cell_flux_w": cell_w.reshape(shape),
-        "cell_stderr_w": cell_stderr_w.reshape(shape),
-        "cell_flux_rgb_w": np.einsum("s,scb->cb", ray_flux_w, sums.cell_light[:, :, 2:]).reshape(*shape, 3),
-    }

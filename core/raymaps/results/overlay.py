@@ -103,7 +103,7 @@ def overlay(
     """
     if max_rays < 0 or max_segments < 0:
         raise CriterionError(f"At least 0 rays and segments can be shown, got {max_rays} and {max_segments}.")
-    bound = bind(Everything() if where is None else where, raymap.names)
+    bound = bind(Everything() if where is None else where, raymap.names, raymap.scene.detectors)
     chunks: list[tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.int64]]] = []
     shown = n_segments = matching = scanned = 0
     for portion, rays in matches(raymap, bound):

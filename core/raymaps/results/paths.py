@@ -111,7 +111,7 @@ def distinct_paths(raymap: RayMap, where: Criterion | str | None = None, limit: 
     limit : int, optional
         Only the paths with the largest flux.
     """
-    bound = bind(Everything() if where is None else where, raymap.names)
+    bound = bind(Everything() if where is None else where, raymap.names, raymap.scene.detectors)
     counts: dict[bytes, int] = {}
     for portion, rays in matches(raymap, bound):
         table = portion.signatures
