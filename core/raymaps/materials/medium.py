@@ -76,10 +76,9 @@ class DispersionFormula(Record):
                 f"the formula '{self.formula}' takes {counts} coefficients, got {len(self.coefficients)}: "
                 f"{FORMULAS[self.formula].equation}"
             )
-        low, high = self._checked_nm
-        if low > high or self.from_nm == high:
-            raise ValueError(f"from_nm must be below to_nm, got {low:g} and {high:g}")
-        fault = fault_of_formula(self.formula, self.coefficients, low, high)
+        if self.from_nm is not None and self.to_nm is not None and not self.from_nm < self.to_nm:
+            raise ValueError(f"from_nm must be below to_nm, got {self.from_nm:g} and {self.to_nm:g}")
+        fault = fault_of_formula(self.formula, self.coefficients, *self._checked_nm)
         if fault is not None:
             raise ValueError(f"{fault}; check the coefficients (for wavelengths in µm), or narrow from_nm and to_nm")
         return self
