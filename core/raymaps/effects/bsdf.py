@@ -22,7 +22,8 @@ from raymaps.effects.conductor import metals
 from raymaps.effects.lowering import Lowering
 from raymaps.effects.usage import faces_of_kind
 from raymaps.materials import BsdfTable, SpectrumTable, TabulatedBsdf
-from raymaps.materials.bsdf import BsdfCells, BsdfLobe
+from raymaps.materials.bsdf import BsdfLobe
+from raymaps.materials.bsdf_directions import BsdfCells
 from raymaps.scene import Scene
 
 __all__ = ["Data", "bsdf_per_sr", "frame", "lower", "lower_tables", "needed_by", "shares"]

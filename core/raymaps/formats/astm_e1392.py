@@ -172,7 +172,7 @@ def _degrees(angles: Float, unit: str | None, where: str) -> Float:
 
 def _from_radians(angles: Float) -> Float:
     """Degrees, to the hundredth, which is what radians with a few digits tell; about 90 is the horizon."""
-    degrees: Float = np.round(np.degrees(angles), 2)
+    degrees = np.asarray(np.round(np.degrees(angles), 2), np.float64)
     polar = degrees[:, (0, 2)]
     degrees[:, (0, 2)] = np.where(np.isclose(np.abs(polar), 90, atol=0.05), np.copysign(90, polar), polar)
     return degrees

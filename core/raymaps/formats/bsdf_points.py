@@ -89,12 +89,13 @@ def lobe_of_points(points: Points, comes_from: str, goes_to: str, where: str) ->
     cells: list[dict[str, Any]] = []
     rows: list[Float] = []
     specular: list[tuple[float, ...]] = []
+    of_key = _rows_by_key(whole)
     for theta_i, phi_i in keys:
-        here = (whole.theta_i == theta_i) & (whole.phi_i == phi_i)
+        here = of_key.get((theta_i, phi_i), np.zeros(0, np.intp))
         place = f"{where}, incidence at {theta_i:g} degrees" + (
             f", azimuth {phi_i:g}" if len({k[1] for k in keys}) > 1 else ""
         )
-        if here.any():
+        if len(here):
             ring_cells, row = _cells(theta_i, whole.theta_s[here], whole.phi_s[here] - phi_i, whole.value[here], place)
         else:
             ring_cells, row = {"ring_deg": (0.0, 90.0), "azimuth_deg": ((0.0, 360.0),)}, np.zeros((1, n_layers))
@@ -119,6 +120,15 @@ def lobe_of_points(points: Points, comes_from: str, goes_to: str, where: str) ->
         if whole.specular
         else None,
     }
+
+
+def _rows_by_key(points: _Whole) -> dict[tuple[float, float], NDArray[np.intp]]:
+    """Rows of each direction of incidence."""
+    order = np.lexsort((points.phi_i, points.theta_i))
+    theta_i, phi_i = points.theta_i[order], points.phi_i[order]
+    new = np.flatnonzero((np.diff(theta_i) != 0) | (np.diff(phi_i) != 0)) + 1
+    groups = np.split(order, new) if len(order) else []
+    return {(float(points.theta_i[rows[0]]), float(points.phi_i[rows[0]])): rows for rows in groups}
 
 
 def _normalised(points: Points, where: str) -> _Whole:
@@ -246,10 +256,14 @@ def _fixed_cells(theta_s: Float, around: Float, value: Float, where: str) -> tup
     azimuths = tuple(tuple(((np.arange(n + 1) - 0.5) * 360 / n).tolist()) for n in sectors)
     polar = np.repeat(middle, sectors)
     azimuth = np.concatenate([np.arange(n) * 360 / n for n in sectors])
-    cosine = _unit(polar, azimuth) @ _unit(theta_s, around).T
-    nearest = cosine.argmax(axis=1)
-    furthest = cosine.max(axis=1).argmin()
-    gap = float(np.degrees(np.arccos(min(1.0, cosine.max(axis=1)[furthest]))))
+    directions = _unit(theta_s, around).T
+    nearest, cosine = np.empty(len(polar), np.intp), np.empty(len(polar))
+    for k, direction in enumerate(_unit(polar, azimuth)):
+        along = direction @ directions
+        nearest[k] = along.argmax()
+        cosine[k] = along[nearest[k]]
+    furthest = cosine.argmin()
+    gap = float(np.degrees(np.arccos(min(1.0, cosine[furthest]))))
     if gap > _FURTHEST_DEG:
         raise FormatError(
             f"{where}: no scattered direction is nearer than {gap:.3g} degrees to polar angle {polar[furthest]:g}, "
