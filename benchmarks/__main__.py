@@ -65,10 +65,11 @@ def _arguments() -> argparse.Namespace:
 
 def _measure(folder: Path, arguments: argparse.Namespace, threads: int) -> Measured:
     from benchmarks.asking import measure_answers, measure_opening
+    from benchmarks.effects import measure_effect_costs, measure_unused_effects
     from benchmarks.files import measure_size, size_of
     from benchmarks.questions import QUESTIONS
     from benchmarks.results import measure_results
-    from benchmarks.scenes import bench_scenes, without_detectors
+    from benchmarks.scenes import bench_scenes, in_wavelengths, without_detectors
     from benchmarks.simulating import measure_speed
     from benchmarks.targets import Measured
     from raymaps.run import simulate
@@ -80,6 +81,7 @@ def _measure(folder: Path, arguments: argparse.Namespace, threads: int) -> Measu
         tell(f"{name}: simulating")
         speeds += measure_speed(scene, n_timed, tuple(sorted({1, threads})), repeats, folder)
         bare = without_detectors(scene)
+        sizes.append(measure_size(in_wavelengths(scene), n_timed, folder / f"{name}-spectral"))
         if name not in QUESTIONS:
             sizes += [measure_size(s, n_timed, folder / f"{name}-{len(s.detectors)}") for s in (scene, bare)]
             continue
@@ -90,7 +92,13 @@ def _measure(folder: Path, arguments: argparse.Namespace, threads: int) -> Measu
         answers += measure_answers(raymap, threads, 2 * repeats - 1)
         tell(f"{name}: results")
         results += measure_results(raymap, repeats, folder)
-    return Measured(tuple(speeds), tuple(sizes), tuple(openings), tuple(answers), tuple(results))
+    tell("effects that are not used")
+    unused = measure_unused_effects(folder / "unused", min(arguments.rays // 20, 50_000), 5 * repeats)
+    tell("what effects cost")
+    effects = measure_effect_costs(folder / "effects", min(arguments.rays // 20, 50_000), repeats)
+    return Measured(
+        tuple(speeds), tuple(sizes), tuple(openings), tuple(answers), tuple(results), tuple(unused), tuple(effects)
+    )
 
 
 def _tell(started: float, what: str) -> None:

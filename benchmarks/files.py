@@ -21,6 +21,7 @@ class Size:
     """Bytes of a map; ``columns``: (file, column) to compressed bytes, with what is around them as "(other)"."""
 
     scene: str
+    bands: int
     detectors: int
     rays: int
     events: int
@@ -54,6 +55,7 @@ def size_of(raymap: RayMap) -> Size:
             columns[file.stem, "(other)"] += left
     return Size(
         scene=raymap.scene.name,
+        bands=raymap.bands.n,
         detectors=len(raymap.names.detectors),
         rays=raymap.n_rays,
         events=raymap.n_events,

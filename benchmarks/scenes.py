@@ -5,14 +5,19 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import trimesh
 
-from raymaps.scene import Scene, load_scene
+from raymaps.materials import Lambertian, SpectrumTable
+from raymaps.scene import Illuminant, Scene, SpectralBands, load_scene
 
-__all__ = ["EXAMPLES_FOLDER", "bench_scenes", "without_detectors"]
+__all__ = ["EXAMPLES_FOLDER", "SPECTRAL_BANDS", "bench_scenes", "in_wavelengths", "without_detectors"]
 
 EXAMPLES_FOLDER = Path(__file__).parent.parent / "examples"
+
+#: Bands of a spectral simulation, as many wavelengths as in the paper.
+SPECTRAL_BANDS = 33
 
 #: A glass ball in a white box with a small lamp beside it; a detector stands behind the ball.
 BALL_IN_BOX = {
@@ -49,3 +54,21 @@ def bench_scenes(folder: Path) -> dict[str, Scene]:
 def without_detectors(scene: Scene) -> Scene:
     """The same scene, its detectors taken away."""
     return scene.model_copy(update={"detectors": {}})
+
+
+def in_wavelengths(scene: Scene) -> Scene:
+    """The same scene in daylight, its diffuse surfaces a little warm, with spectra stored."""
+
+    def warm(reflectance: Any) -> SpectrumTable:
+        largest = max(reflectance)
+        return SpectrumTable(wavelength_nm=(380.0, 780.0), value=(0.9 * largest, largest))
+
+    surfaces = {
+        name: prop.model_copy(update={"reflectance": warm(prop.reflectance)}) if isinstance(prop, Lambertian) else prop
+        for name, prop in scene.surfaces.items()
+    }
+    daylight = Illuminant(name="D65")
+    sources = {name: source.model_copy(update={"spectrum": daylight}) for name, source in scene.sources.items()}
+    bands = SpectralBands(bands=SPECTRAL_BANDS)
+    settings = scene.settings.model_copy(update={"spectrum": bands, "store": "spectral"})
+    return scene.model_copy(update={"surfaces": surfaces, "sources": sources, "settings": settings})

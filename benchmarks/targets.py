@@ -7,8 +7,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from benchmarks.asking import Answer, Opening
+from benchmarks.effects import EffectCost, UnusedEffect
 from benchmarks.files import Size
 from benchmarks.results import ResultTime
+from benchmarks.scenes import SPECTRAL_BANDS
 from benchmarks.simulating import Speed
 from benchmarks.timing import number
 
@@ -26,6 +28,8 @@ class Measured:
     openings: tuple[Opening, ...]
     answers: tuple[Answer, ...]
     results: tuple[ResultTime, ...]
+    unused: tuple[UnusedEffect, ...]
+    effects: tuple[EffectCost, ...]
 
 
 @dataclass(frozen=True)
@@ -59,9 +63,21 @@ def _rows(m: Measured) -> list[Judgement]:
         ),
         _row(
             "file, RGB", "8 B a segment",
-            [(f"{s.scene}, {s.detectors} detectors", s.per_segment(s.bytes)) for s in m.sizes], 8.0, " B",
+            [(f"{s.scene}, {s.detectors} detectors", s.per_segment(s.bytes)) for s in m.sizes if s.bands == 3], 8.0, " B",
         ),
-        Judgement("file, 33 wavelengths", "8.2 B a segment", "light is stored as RGB only so far", "not measured"),
+        _row(
+            f"file, {SPECTRAL_BANDS} wavelengths", "8.2 B a segment",
+            [(s.scene, s.per_segment(s.bytes)) for s in m.sizes if s.bands == SPECTRAL_BANDS], 8.2, " B",
+        ),
+        _row(
+            "an effect that a scene does not use, against the scene without it", "2 % more time at most",
+            [(u.what, 100 * (u.ratio.median - 1)) for u in m.unused], 2.0, " %",
+        ),
+        Judgement(
+            "the same, its rays", "the same content hash",
+            "the same" if all(u.same_content for u in m.unused) else "another",
+            "yes" if all(u.same_content for u in m.unused) else "no",
+        ),
         _row(
             f"open a map of {_many(o.rays for o in m.openings)} rays, in process", "50 ms",
             [(o.scene, 1e3 * o.open.median) for o in m.openings], 50.0, " ms",

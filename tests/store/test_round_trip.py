@@ -76,7 +76,7 @@ def cut(history: SimpleNamespace, begin: int, end: int) -> SimpleNamespace:
 
 
 def written(folder, history) -> Portion:
-    write_portion(folder, history, N_SOURCES, FaceIndex(TRIANGLE_FACE, FACE_BODY, FACE_SURFACE), RGB_BANDS, "rgb")
+    write_portion(folder, history, NAMES, FaceIndex(TRIANGLE_FACE, FACE_BODY, FACE_SURFACE), RGB_BANDS, "rgb")
     return Portion.open(folder / f"{history.first_ray:012d}", NAMES, RGB_BANDS)
 
 

@@ -167,7 +167,9 @@ def hash_rays(first_ray, source, event_offsets, event_code, triangle, position_b
     Parameters
     ----------
     first_ray : int
-    source, event_offsets, event_code, crossing_row, crossing_code : see `number_signatures`
+    source : (n_rays,) int, what stands for the source of each ray
+    event_offsets, crossing_row : see `number_signatures`
+    event_code, crossing_code : (n_events,), (n_crossings,) int64, what stands for what happened
     triangle : (n_events,) int32
     position_bits : (n_events, 3) unsigned view of the positions
     light_of_event : (n_events,) uint32, row of the light after each event

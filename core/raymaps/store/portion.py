@@ -95,6 +95,34 @@ def _step_code(kind: Any, index: Any, medium: Any, registered: Any) -> NDArray[n
     return wide[0] | (wide[3] << 8) | ((wide[2] + 1) << 16) | ((wide[1] + 1) << 32)
 
 
+class _Identities:
+    """Numbers that stand for names in content hashes: so these don't depend on what else a scene holds."""
+
+    def __init__(self, names: Names):
+        self._media = _name_hashes(names.media)
+        self._faces = _name_hashes(tuple(names.face_label(face) for face in range(len(names.faces))))
+        self._detectors = _name_hashes(names.detectors)
+        self._sources = _name_hashes(names.sources)
+
+    def of_events(self, kind: Any, face: Any, medium: Any) -> NDArray[np.int64]:
+        """A word for what happened at each event, (n_events,)."""
+        return self._faces[face] ^ (self._media[medium] << 1) ^ np.asarray(kind).astype(np.int64)
+
+    def of_crossings(self, detector: Any, registered: Any) -> NDArray[np.int64]:
+        """A word for each crossing, (n_crossings,)."""
+        return self._detectors[detector] ^ np.asarray(registered).astype(np.int64)
+
+    def of_sources(self, source: Any) -> NDArray[np.int64]:
+        """A word for the source of each ray, (n_rays,)."""
+        return self._sources[source]
+
+
+def _name_hashes(names: tuple[str, ...]) -> NDArray[np.int64]:
+    """A number for each name, and at the end, at index -1, one for none."""
+    digests = [hashlib.blake2b(name.encode(), digest_size=8).digest() for name in names]
+    return np.array([*(int.from_bytes(digest, "little", signed=True) for digest in digests), 0], np.int64)
+
+
 def _signature_table(
     codes: NDArray[np.int64], offsets: NDArray[np.int64], sources: NDArray[np.int16], faces: FaceIndex
 ) -> SignatureTable:
@@ -120,7 +148,7 @@ def _signature_table(
 
 
 def write_portion(
-    folder: Path, history: TracedPortion, n_sources: int, faces: FaceIndex, bands: Bands, stored: Stored
+    folder: Path, history: TracedPortion, names: Names, faces: FaceIndex, bands: Bands, stored: Stored
 ) -> PortionSummary:
     """Write a portion beside its place and move it there by one rename.
 
@@ -129,7 +157,7 @@ def write_portion(
     folder : Path
         Folder of all portions; the new one is named by its first ray.
     history : TracedPortion
-    n_sources : int
+    names : Names
     faces : FaceIndex
     bands : Bands
         Of the history's light.
@@ -143,7 +171,7 @@ def write_portion(
     """
     from raymaps.store.numbering import hash_rays, number_signatures  # compiled: only where it is needed
 
-    n_rays = len(history.source)
+    n_rays, n_sources = len(history.source), len(names.sources)
     face = np.where(history.triangle >= 0, np.append(faces.triangle_face, NONE)[history.triangle], NONE)
     event_code = _step_code(history.kind, face, history.medium, np.zeros(len(face)))
     crossing_code = _step_code(
@@ -181,9 +209,12 @@ def write_portion(
             "angle_rad": history.crossing_angle_rad,
         },
     }  # fmt: skip
+    identities = _Identities(names)
     content = hash_rays(
-        history.first_ray, history.source, history.event_offsets, event_code, history.triangle, _bits(position),
-        light, _bits(lights.values), _bits(history.wavelength_nm), history.crossing_row, crossing_code,
+        history.first_ray, identities.of_sources(history.source), history.event_offsets,
+        identities.of_events(history.kind, face, history.medium), history.triangle, _bits(position),
+        light, _bits(lights.values), _bits(history.wavelength_nm), history.crossing_row,
+        identities.of_crossings(history.crossing_detector, history.crossing_registered),
         _bits(np.column_stack([history.crossing_xy_mm, history.crossing_angle_rad])),
     )  # fmt: skip
     name = _folder_name(history.first_ray)
@@ -453,14 +484,24 @@ class Portion:
 
         table = self.signatures
         step = self.event_step
-        zero = np.zeros(self.n_events)
+        kind, face, medium = table.kind[step], table.face[step], table.medium[step]
+        source, detector = table.ray_source[self.ray_signature], self.crossing_detector
+        if "lights.parquet" in self.summary.file_bytes:
+            identities = _Identities(self.names)
+            sources = identities.of_sources(source)
+            events = identities.of_events(kind, face, medium)
+            crossings = identities.of_crossings(detector, self.crossing_registered)
+        else:  # version 1 hashed indices
+            sources = source
+            events = _step_code(kind, face, medium, np.zeros(self.n_events))
+            crossings = _step_code(
+                np.full(self.n_crossings, EventKind.CROSSING), detector,
+                np.full(self.n_crossings, NONE), self.crossing_registered,
+            )  # fmt: skip
         low, high = hash_rays(
-            self.first_ray, table.ray_source[self.ray_signature], self.event_offsets,
-            _step_code(table.kind[step], table.face[step], table.medium[step], zero), self.triangle,
+            self.first_ray, sources, self.event_offsets, events, self.triangle,
             _bits(self.position_mm), self.event_light, _bits(self.lights.values), _bits(self.ray_wavelength_nm),
-            self.crossing_row,
-            _step_code(np.full(self.n_crossings, EventKind.CROSSING), self.crossing_detector,
-                       np.full(self.n_crossings, NONE), self.crossing_registered),
+            self.crossing_row, crossings,
             _bits(np.column_stack([self.crossing_xy_mm, self.crossing_angle_rad])),
         )  # fmt: skip
         return int(low), int(high)

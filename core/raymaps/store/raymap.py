@@ -293,7 +293,7 @@ class MapWriter:
         try:
             manifest = self._manifest
             return write_portion(
-                self.path / PORTIONS_FOLDER, history, len(manifest.names.sources), self._faces, manifest.bands, stored
+                self.path / PORTIONS_FOLDER, history, manifest.names, self._faces, manifest.bands, stored
             )
         except OSError as error:
             raise OutputError(
