@@ -92,7 +92,8 @@ def _ratios(m: Measured) -> Section:
 def _sizes(m: Measured) -> Section:
     rows = [
         (
-            s.scene, str(s.bands), str(s.detectors), number(s.rays), number(s.segments), number(s.crossings), number(s.bytes),
+            s.scene, str(s.bands), str(s.detectors), number(s.rays), number(s.segments), number(s.crossings),
+            number(s.bytes),
             number(s.per_segment(s.bytes)), number(s.bytes / max(s.events, 1)),
         )
         for s in m.sizes
@@ -146,8 +147,8 @@ def _unused(m: Measured) -> Section:
     rows = [(u.what, summary(u.ratio), "the same" if u.same_content else "another") for u in m.unused]
     note = (
         "The glass ball in a white box, with a black safe in a corner; time of tracing on one thread over that of the "
-        "plain scene, in rounds of turns. An effect that stands where no light gets has its stage run over all rays, of "
-        "which none is its own."
+        "plain scene, in rounds of turns. An effect that stands where no light gets has its stage run over all rays, "
+        "none of which is its own."
     )
     return Section("What a scene pays for effects that it does not use", note, ("what", "times", "rays"), tuple(rows))
 

@@ -63,7 +63,8 @@ def _rows(m: Measured) -> list[Judgement]:
         ),
         _row(
             "file, RGB", "8 B a segment",
-            [(f"{s.scene}, {s.detectors} detectors", s.per_segment(s.bytes)) for s in m.sizes if s.bands == 3], 8.0, " B",
+            [(f"{s.scene}, {s.detectors} detectors", s.per_segment(s.bytes)) for s in m.sizes if s.bands == 3],
+            8.0, " B",
         ),
         _row(
             f"file, {SPECTRAL_BANDS} wavelengths", "8.2 B a segment",
