@@ -86,6 +86,11 @@ class _Glass:
     heading: list[str]
     fields: dict[str, list[tuple[int, list[str]]]] = field(default_factory=dict)
 
+    @property
+    def data(self) -> list[Any]:
+        """What the lines say, wherever they stand."""
+        return [self.heading[1], *((keyword, words) for keyword in self.fields for _, words in self.fields[keyword])]
+
 
 def glass_names(path: Path) -> tuple[str, ...]:
     """Names of the glasses of a catalogue, in its order; raises `FormatError`."""
@@ -121,7 +126,7 @@ def read_glass(path: Path, glass: str | None = None, index_by_formula: IndexByFo
             raise FormatError(f"Glass catalogue '{path}': {sentence[:1].lower()}{sentence[1:]}")
         glass = alike[0]
     found = glasses[glass]
-    if len(found) > 1 and any(other.fields != found[0].fields for other in found):
+    if len(found) > 1 and any(other.data != found[0].data for other in found):
         lines = " and ".join(str(entry.line) for entry in found)
         raise FormatError(f"Glass catalogue '{path}': glass '{glass}' stands in lines {lines} with different data.")
     return _medium(path, glass, found[0], index_by_formula)
@@ -170,7 +175,7 @@ def _medium(path: Path, name: str, glass: _Glass, index_by_formula: IndexByFormu
     if any(c[formula.count :]):
         raise FormatError(
             f"{where}, line {line}: {formula.name} has {formula.count} coefficients, but further ones are not 0; "
-            f"is the number of the formula in line {glass.line} right?"
+            f"check the number of the formula in line {glass.line}."
         )
     kind, coefficients = formula.convert(c[: formula.count])
     index: dict[str, Any] = {"formula": kind, "coefficients": tuple(map(float, coefficients))}
