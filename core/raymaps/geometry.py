@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Triangles of the bodies, read through trimesh and checked once.
+"""Triangles of the bodies, read through trimesh (our own plain PLY without it) and checked once.
 
 A mesh keeps its triangles in the order of the file, so that CAD faces are runs of triangles.
 """
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -22,6 +23,13 @@ from raymaps.scene import Body, Scene
 __all__ = ["BodyMesh", "load_bodies", "winding_number", "write_ply"]
 
 FORMATS = (".stl", ".ply", ".obj", ".glb")
+
+_PLY_FACE = np.dtype([("n", "u1"), ("v", "<i4", 3)])
+_PLAIN_PLY = re.compile(
+    rb"ply\nformat binary_little_endian 1\.0\n(?:comment [^\n]*\n)*element vertex (\d{1,12})\n"
+    rb"property double x\nproperty double y\nproperty double z\n"
+    rb"element face (\d{1,12})\nproperty list uchar int vertex_indices\nend_header\n"
+)
 
 
 @dataclass(frozen=True)
@@ -170,12 +178,15 @@ def _check_solid(mesh: BodyMesh, medium: str) -> None:
 
 def _read_parts(path: Path, where: str) -> list[tuple[str, NDArray[np.float64], NDArray[np.int64]]]:
     """(name, vertices, triangles) of each sub-mesh of a file, in the order of the file."""
-    import trimesh
-
     if path.suffix.lower() not in FORMATS:
         raise SceneError(f"{where}: '{path.suffix}' is not a geometry format that is read; use {', '.join(FORMATS)}.")
     if not os.path.isfile(path):
         raise SceneError(f"{where}: there is no file of that name beside the scene.")
+    plain = _read_plain_ply(path) if path.suffix.lower() == ".ply" else None
+    if plain is not None:
+        return [("", *plain)]
+    import trimesh  # takes a second, and brings scipy along
+
     is_obj = path.suffix.lower() == ".obj"
     options: dict[str, Any] = {"split_objects": True, "group_material": False} if is_obj else {}
     try:
@@ -194,6 +205,25 @@ def _read_parts(path: Path, where: str) -> list[tuple[str, NDArray[np.float64], 
     if not parts:
         raise SceneError(f"{where}: it holds no triangles; export the body again.")
     return parts
+
+
+def _read_plain_ply(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]] | None:
+    """Vertices and triangles of a PLY file as `write_ply` and the workbench write it; None of any other."""
+    try:
+        data = path.read_bytes()
+    except OSError:
+        return None
+    found = _PLAIN_PLY.match(data)
+    if found is None:
+        return None
+    n_vertices, n_triangles = int(found[1]), int(found[2])
+    if len(data) != found.end() + 24 * n_vertices + _PLY_FACE.itemsize * n_triangles or not n_triangles:
+        return None
+    vertices = np.frombuffer(data, "<f8", 3 * n_vertices, found.end()).reshape(-1, 3)
+    faces = np.frombuffer(data, _PLY_FACE, n_triangles, found.end() + vertices.nbytes)
+    if (faces["n"] != 3).any():
+        return None
+    return vertices.astype(np.float64), faces["v"].astype(np.int64)
 
 
 def _nodes_in_order(loaded: Any, is_obj: bool) -> dict[str, list[str]]:
@@ -264,7 +294,7 @@ def write_ply(path: Path, mesh: BodyMesh) -> None:
         f"element vertex {len(mesh.vertices_mm)}\nproperty double x\nproperty double y\nproperty double z\n"
         f"element face {len(mesh.triangles)}\nproperty list uchar int vertex_indices\nend_header\n"
     )
-    faces = np.empty(len(mesh.triangles), np.dtype([("n", "u1"), ("v", "<i4", 3)]))
+    faces = np.empty(len(mesh.triangles), _PLY_FACE)
     faces["n"], faces["v"] = 3, mesh.triangles
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

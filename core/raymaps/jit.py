@@ -8,12 +8,23 @@ compiler reorders sums.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from typing import Any
 
-import numba
-
 __all__ = ["kernel"]
+
+# numba takes linear algebra from scipy where there is one. Our loops have none, so a third of a second is saved by
+# letting it find no scipy while it is imported.
+_hides_scipy = "scipy" not in sys.modules
+if _hides_scipy:
+    sys.modules["scipy"] = None  # type: ignore[assignment]
+try:
+    import numba
+    from numba.np import arraymath as _arraymath  # noqa: F401  what looks for scipy
+finally:
+    if _hides_scipy:
+        del sys.modules["scipy"]
 
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
