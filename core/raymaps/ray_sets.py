@@ -13,7 +13,7 @@ from raymaps.bands import Bands
 from raymaps.errors import RayMapsError, SceneError, decapitalised, unknown_name
 from raymaps.formats.ray_file import read_rays
 from raymaps.formats.ray_set import RaySet
-from raymaps.scene import CrossingsSource, EmissionTable, RaysSource, RectangleDetector, Scene
+from raymaps.scene import CrossingsSource, EmissionTable, RaysSource, RectangleDetector, Scene, Source
 from raymaps.spectral_data import srgb_of_wavelengths
 from raymaps.store import RayMap
 
@@ -122,7 +122,7 @@ class RayLight(NamedTuple):
     wavelength_nm: NDArray[np.float64]  # (n_rays,) to which rays are narrowed, or empty
 
 
-def light_of_rays(source: RaysSource | CrossingsSource, rays: RaySet, bands: Bands, where: str = "source") -> RayLight:
+def light_of_rays(source: Source, rays: RaySet, bands: Bands, where: str = "source") -> RayLight:
     """Light by band of the rays of a source.
 
     Colours that the rays have count unless the source has a spectrum, or an rgb other than its default.
@@ -148,7 +148,7 @@ def light_of_rays(source: RaysSource | CrossingsSource, rays: RaySet, bands: Ban
         return RayLight(light, rays.spectrum, none)
     assert rays.light is not None
     distinct, index = np.unique(rays.light, axis=0, return_inverse=True)
-    return RayLight(_of_bands(distinct, rays.bands_nm, source, bands, where), index.reshape(-1).astype(np.int32), none)
+    return RayLight(_of_bands(distinct, rays.bands_nm, bands, where), index.reshape(-1).astype(np.int32), none)
 
 
 def _of_wavelengths(
@@ -180,15 +180,15 @@ def _band_of(nm: NDArray[np.float64], bands: Bands) -> NDArray[np.int32]:
 
 
 def _of_bands(
-    light: NDArray[np.float32], bands_nm: NDArray[np.float64] | None, source: Any, bands: Bands, where: str
+    light: NDArray[np.float32], bands_nm: NDArray[np.float64] | None, bands: Bands, where: str
 ) -> NDArray[np.float64]:
     """Light in other bands, (n, n_others), to light in ours; shares of rays without light are anything."""
     amounts = light.astype(np.float64)
     if bands_nm is None and not bands.is_spectral:
         shares = amounts
     elif bands_nm is None:  # a spectrum that has the colour, as that of a source with the same rgb
-        of_one = [source.model_copy(update={"rgb": tuple(map(float, row))}) for row in np.eye(3)]
-        shares = amounts @ np.array([bands.light_of(one, where) for one in of_one])
+        of_one = np.array([bands.average(one, where) for one in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))])
+        shares = amounts @ (of_one * (bands.high_nm - bands.low_nm))
     elif not bands.is_spectral:
         shares = amounts.sum(axis=1, keepdims=True) * _in_gamut(
             amounts @ srgb_of_wavelengths(bands_nm.mean(axis=1), bands.observer)

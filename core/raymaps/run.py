@@ -114,7 +114,7 @@ def simulate(
             program=__version__,
             bands=compiled.bands,
         )
-        MapWriter.create(path, manifest, scene, compiled.meshes)
+        MapWriter.create(path, manifest, scene, compiled.meshes, compiled.ray_sets)
 
     if on_note and not _kernels_are_compiled():
         on_note("Compiling for this machine; that happens once and takes about half a minute.")

@@ -19,7 +19,7 @@ from raymaps.compile import CompiledScene
 from raymaps.effects import EFFECTS
 from raymaps.effects.crossings import CROSSING
 from raymaps.intersect import Intersector
-from raymaps.kernels import emission, record, transport
+from raymaps.kernels import record, transport
 from raymaps.kinds import ENDINGS, EventKind
 from raymaps.scene import RectangleDetector
 from raymaps.sources import emitters, quantised, source_of_rays
@@ -110,7 +110,10 @@ class Tracer:
         self.compiled = compiled
         self.seed = seed
         self._intersector = Intersector(compiled)
-        self._emitters = emitters(compiled)
+        self._emitters = tuple(
+            (importlib.import_module(f"raymaps.kernels.emission.{emitter.kernel}").run, emitter.arguments)
+            for emitter in emitters(compiled)
+        )
         self._light = quantised(compiled.source_light)
         self._stages: dict[str, list[_Stage]] = {"way": [], "surface": []}
         self._crossings: _Stage | None = None
@@ -179,9 +182,8 @@ class Tracer:
         wave.source[:] = source
         wave.light[:] = self._light[source]
         wave.medium[:] = np.array(self.compiled.source_media, np.int16)[source]
-        for index, emitter in enumerate(self._emitters):
-            slots = np.flatnonzero(source == index).astype(np.int32)
-            getattr(emission, emitter.kernel)(slots, wave, key, *emitter.arguments)
+        for index, (emit, arguments) in enumerate(self._emitters):
+            emit(np.flatnonzero(source == index).astype(np.int32), wave, key, *arguments)
         wave.end[:] = wave.position
         wave.hit[:] = wave.triangle
         wave.state[:] = EventKind.EMISSION

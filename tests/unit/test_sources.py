@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from raymaps import scene as scene_module
 from raymaps.compile import compile_scene
 from raymaps.scene import Scene, load_scene
-from raymaps.sources import SOURCES, emitters, relative_light, source_of_rays
+from raymaps.sources import SOURCES, emitters, quantised, source_of_rays
 from tests.store.small_scenes import workshop, write_scene
 
 
@@ -64,27 +64,56 @@ def test_fluxes_whose_sum_overflows_are_refused_or_shared():
     assert rays_per_source(scene, 0, 1000) == pytest.approx([500, 500], abs=8)
 
 
+def test_shares_of_rays_as_set_stand_beside_fluxes():
+    """A source without a share of its own counts with its flux in W."""
+    scene = scene_with([1.0, 5.0, 2.0])
+    sources = scene.sources | {"S1": scene.sources["S1"].model_copy(update={"ray_share": 1.0})}
+    counts = rays_per_source(scene.model_copy(update={"sources": sources}), 777, 40_000)
+    assert np.abs(counts - [10_000, 10_000, 20_000]).max() < 8
+
+
 @pytest.mark.parametrize(
     "rgb", [[1, 1, 1], [1, 0, 0], [0, 0, 3], [0.3, 0.2, 0.1], [1e-6, 1, 1], [1e-12, 1, 0], [1e6, 1, 1e-6], [7, 11, 13]]
 )
 def test_light_at_emission_adds_up_to_exactly_one(rgb):
-    light = relative_light(scene_with([1.0], [rgb]))
+    shares = np.array([rgb], float) / np.sum(rgb)
+    light = quantised(shares)
     assert light.dtype == np.float32
     assert light.astype(np.float64).sum() == 1.0
     assert (light >= 0).all()
-    assert light[0] == pytest.approx(np.array(rgb) / np.sum(rgb), abs=1e-7)
-    assert ((light == 0) >= (np.array(rgb) == 0)).all()
+    assert light[0] == pytest.approx(shares[0], abs=1e-7)
+    assert ((light == 0) >= (shares == 0)).all()
 
 
-def test_light_is_that_of_each_source():
-    light = relative_light(scene_with([1, 1], [[1, 0, 0], [0, 1, 1]]))
-    assert light.tolist() == [[1, 0, 0], [0, 0.5, 0.5]]
+def test_light_of_rgb_is_what_it_has_always_been():
+    """Rounded where the bands meet: (1, 1, 1) / 3 in steps of 2^-24."""
+    light = quantised(np.array([[1 / 3, 1 / 3, 1 / 3], [0.25, 0.5, 0.25], [0.1, 0.2, 0.7]]))
+    assert (light * 2.0**24).tolist() == [
+        [5592405, 5592406, 5592405], [4194304, 8388608, 4194304], [1677722, 3355443, 11744051],
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("n_bands", [2, 31, 320, 1000])
+def test_light_of_many_bands_adds_up_and_loses_none(n_bands):
+    rng = np.random.default_rng(n_bands)
+    shares = 10.0 ** rng.uniform(-9, 0, (200, n_bands)) * (rng.random((200, n_bands)) < 0.8)
+    shares[:, 0] += 1e-9
+    shares[0] = 0
+    shares[0, n_bands // 2] = 1
+    shares /= shares.sum(axis=1, keepdims=True)
+    light = quantised(shares).astype(np.float64)
+    assert (light.sum(axis=1) == 1).all()
+    assert (light >= 0).all()
+    assert np.abs(light - shares).max() < n_bands * 2.0**-24
+    assert (light[shares >= 2.0**-25] > 0).all()
+    assert (light[shares == 0] == 0).all()
+    assert np.array_equal(light * 2.0**24, np.round(light * 2.0**24))
 
 
 def test_emitters_stand_in_the_scenes_order_and_frame(tmp_path):
     compiled = compile_scene(load_scene(write_scene(tmp_path, workshop(tmp_path))))
     made = emitters(compiled)
-    assert [emitter.kernel for emitter in made] == ["emit_faces", "emit_point", "emit_point", "emit_disc"]
+    assert [emitter.kernel for emitter in made] == ["faces", "point", "point", "disc"]
     position, axis, cosine = made[2].arguments
     assert compiled.frame.to_mm(position) == pytest.approx([0, 1, 0.3])
     assert np.linalg.norm(axis) == pytest.approx(1)

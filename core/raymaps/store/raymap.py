@@ -7,7 +7,7 @@ import contextlib
 import json
 import os
 import shutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -18,9 +18,11 @@ from numpy.typing import NDArray
 
 from raymaps.bands import RGB_BANDS, Bands
 from raymaps.errors import MapError, OutputError
+from raymaps.formats.ray_file import write_rays
+from raymaps.formats.ray_set import RaySet
 from raymaps.geometry import BodyMesh, load_bodies, write_ply
 from raymaps.names import Names
-from raymaps.scene import FaceGroup, Geometry, Scene, load_scene
+from raymaps.scene import CrossingsSource, FaceGroup, Geometry, RaysSource, Scene, load_scene
 from raymaps.store.lights import Stored
 from raymaps.store.portion import Portion, PortionSummary, write_portion
 from raymaps.store.sealed import seal, unseal
@@ -237,8 +239,14 @@ class MapWriter:
         self._faces = faces
 
     @staticmethod
-    def create(path: Path, manifest: Manifest, scene: Scene, meshes: Sequence[BodyMesh]) -> None:
-        """Make a map without portions; nothing is left if that fails.
+    def create(
+        path: Path,
+        manifest: Manifest,
+        scene: Scene,
+        meshes: Sequence[BodyMesh],
+        ray_sets: Mapping[str, RaySet] | None = None,
+    ) -> None:
+        """Make a map without portions; nothing is left if that fails. ``ray_sets`` are those of its sources, by name.
 
         Raises
         ------
@@ -255,6 +263,8 @@ class MapWriter:
             (making / SCENE_FILE).write_text(text, encoding="utf-8")
             for body, mesh in zip(stored.bodies.values(), meshes, strict=True):
                 write_ply(making / body.geometry.file, mesh)
+            for name, rays in (ray_sets or {}).items():
+                write_rays(making / _ray_file(stored, name), rays)
             manifest.write(making)
             making.rename(path)
         except OSError as error:
@@ -304,7 +314,7 @@ class MapWriter:
 
 
 def _scene_in_map(scene: Scene, meshes: Sequence[BodyMesh]) -> Scene:
-    """The scene with its geometry as the map holds it: one PLY in mm a body, faces named."""
+    """The scene with its files as the map holds them: one PLY in mm a body, faces named, and one file a set of rays."""
     bodies: dict[str, Any] = {}
     for i, ((name, body), mesh) in enumerate(zip(scene.bodies.items(), meshes, strict=True)):
         counts = np.bincount(mesh.triangle_face, minlength=len(mesh.face_names))
@@ -315,7 +325,16 @@ def _scene_in_map(scene: Scene, meshes: Sequence[BodyMesh]) -> Scene:
         )
         geometry = Geometry(file=f"geometry/{i:04d}.ply", faces=faces)
         bodies[name] = body.model_copy(update={"geometry": geometry})
-    return scene.model_copy(update={"bodies": bodies})
+    sources = {
+        name: source.as_rays(_ray_file(scene, name)) if isinstance(source, RaysSource | CrossingsSource) else source
+        for name, source in scene.sources.items()
+    }
+    return scene.model_copy(update={"bodies": bodies, "sources": sources})
+
+
+def _ray_file(scene: Scene, source: str) -> str:
+    """Where a map keeps the rays of a source."""
+    return f"rays/{list(scene.sources).index(source):04d}.parquet"
 
 
 def _locked(descriptor: int) -> bool:
