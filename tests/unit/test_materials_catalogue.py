@@ -237,6 +237,13 @@ def test_a_wrong_reference_is_told(medium, sentence):
     assert sentence in str(raised.value)
 
 
+def test_one_index_for_all_wavelengths_is_one_that_the_data_give(media):
+    """The formula of germanium gives 5.3 at the d line, far from where it was measured."""
+    assert media["N-BK7"].index_at_d_line == pytest.approx(1.51680, abs=6e-6)
+    assert media["germanium (infrared)"].index_at_d_line == float(media["germanium (infrared)"].index_at(2000))
+    assert Medium(refractive_index=1.5).index_at_d_line == 1.5
+
+
 def test_the_catalogue_can_not_be_changed_by_who_reads_it():
     first = catalogue_medium("N-BK7")
     first["refractive_index"]["coefficients"][0] = 0

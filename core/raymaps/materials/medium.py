@@ -251,6 +251,13 @@ class Medium(Record):
         return self.refractive_index.at(wavelength_nm)
 
     @property
+    def index_at_d_line(self) -> float:
+        """Refractive index where colours are not told apart: at the d line, or as near to it as its data reach."""
+        if isinstance(self.refractive_index, float | int):
+            return float(self.refractive_index)
+        return float(self.index_at(np.clip(D_LINE_NM, *self.refractive_index.range_nm)))
+
+    @property
     def is_dispersive(self) -> bool:
         """Whether the refractive index depends on wavelength."""
         return not isinstance(self.refractive_index, float | int)
