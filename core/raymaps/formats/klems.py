@@ -102,7 +102,7 @@ def parse_klems(text: str, path: str, spectrum: str = "visible") -> dict[str, An
     """The data of a `raymaps.materials.BsdfTable`; ``path`` is what the text is called in errors."""
     where = f"Klems file '{path}'"
     layer = _layer(text, where)
-    rows = _find(layer, "DataDefinition/IncidentDataStructure", where).strip()
+    rows = _word(layer, "DataDefinition/IncidentDataStructure", where)
     if rows.lower().startswith("tensortree"):
         raise FormatError(f"{where}: tensor trees ({rows}) can't be read; resample it to Klems' patches (bsdf2klems).")
     if rows.lower() not in ("columns", "rows"):
@@ -112,7 +112,7 @@ def parse_klems(text: str, path: str, spectrum: str = "visible") -> dict[str, An
     for data in layer.findall("WavelengthData"):
         key = _spectrum_of(data, where)
         for block in data.findall("WavelengthDataBlock"):
-            name = _find(block, "WavelengthDataDirection", where).strip()
+            name = _word(block, "WavelengthDataDirection", where)
             lobe = _LOBES.get(" ".join(name.lower().split()))
             if lobe is None:
                 raise FormatError(
@@ -169,11 +169,16 @@ def _find(element: ET.Element, path: str, where: str) -> str:
     return text
 
 
+def _word(element: ET.Element, path: str, where: str) -> str:
+    """Text of an element on one line."""
+    return " ".join(_find(element, path, where).split())
+
+
 def _bases(layer: ET.Element, where: str) -> dict[str, AngleBasis]:
     """The bases that the file may speak of, by their names in small letters: its own and the known ones."""
     bases = {name.lower(): basis for name, basis in KLEMS_BASES.items()}
     for element in layer.findall("DataDefinition/AngleBasis"):
-        name = _find(element, "AngleBasisName", where).strip()
+        name = _word(element, "AngleBasisName", where)
         blocks = element.findall("AngleBasisBlock")
         if blocks:
             bases[name.lower()] = _basis(blocks, f"{where}, angle basis '{name[:40]}'")
@@ -209,7 +214,7 @@ def _basis(blocks: list[ET.Element], where: str) -> AngleBasis:
 def _spectrum_of(data: ET.Element, where: str) -> str:
     """What spectrum a block is for: "Visible", "Solar" or another word, or "550 nm"."""
     element = data.find("Wavelength")
-    text = (element.text or "").strip() if element is not None else ""
+    text = " ".join((element.text or "").split()) if element is not None else ""
     if element is None or not text:
         raise FormatError(f"{where}: the element Wavelength is missing.")
     try:
@@ -230,10 +235,10 @@ def _lobe(
     """Data of a `raymaps.materials.BsdfLobe` with one layer."""
     kind = block.findtext("ScatteringDataType")
     if kind is not None and kind.strip().upper() not in ("BTDF", "BRDF", "BSDF", "BRTF", ""):
-        raise FormatError(f"{where}: ScatteringDataType must be BTDF or BRDF, got '{kind.strip()[:40]}'.")
+        raise FormatError(f"{where}: ScatteringDataType must be BTDF or BRDF, got '{' '.join(kind.split())[:40]}'.")
     pair = []
     for tag in ("ColumnAngleBasis", "RowAngleBasis"):
-        name = _find(block, tag, where).strip()
+        name = _word(block, tag, where)
         if name.lower() not in bases:
             raise FormatError(f"{where}: {tag} '{name[:40]}' is not described; known: {', '.join(KLEMS_BASES)}.")
         pair.append(bases[name.lower()])
@@ -285,7 +290,7 @@ def _is_number(text: str) -> bool:
 
 def _number(text: str, where: str) -> float:
     if not _is_number(text) or not abs(float(text)) < float("inf"):
-        raise FormatError(f"{where}: '{text.strip()[:40]}' is not a number.")
+        raise FormatError(f"{where}: '{' '.join(text.split())[:40]}' is not a number.")
     return float(text)
 
 
