@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from raymaps.criterion import Bound, Everything, matching_rays
 from raymaps.effects import scene_without
+from raymaps.effects.usage import used_media
 from raymaps.store import Lights
 
 if TYPE_CHECKING:
@@ -168,11 +169,7 @@ def light_on_the_way(
     here = np.flatnonzero(tinted[medium])
     way_mm = np.linalg.norm(place_mm(here) - portion.position_mm[row[here]], axis=1)
     light = lights.spectra[light_row[here]].astype(np.float64)
-    through = light * np.exp(-extinction[medium[here]] * way_mm[:, None])
-    sums = through.sum(axis=1)
-    lost = sums <= 0.0  # so far that nothing is left to tell the colour by
-    through[lost] = light[lost]
-    through *= (light.sum(axis=1) / np.where(lost, np.maximum(light.sum(axis=1), 1e-300), sums))[:, None]
+    through = _through(light, extinction[medium[here]] * way_mm[:, None])
     light_row[here] = len(lights.values) + np.arange(len(here))
     return Lights(np.concatenate([lights.values, through]), lights.names, lights.bands), light_row
 
@@ -183,12 +180,24 @@ def _measured(lights: Lights) -> Float:
     return np.column_stack([lights.power, np.zeros(len(lights.values)) if lumen is None else lumen, lights.rgb])
 
 
+def _through(light: Float, depth: Float) -> Float:
+    """Light of bands behind optical depths, both (n, n_bands), scaled to the sum that it had.
+
+    Only differences of depths count: however little gets through, it keeps its colour.
+    """
+    least = np.where(light > 0, depth, np.inf).min(axis=1, keepdims=True)
+    through = light * np.exp(np.minimum(least - depth, 0.0))
+    total = through.sum(axis=1, keepdims=True)
+    return through * np.divide(light.sum(axis=1, keepdims=True), total, out=np.zeros_like(total), where=total > 0)
+
+
 def _extinction_per_mm(raymap: RayMap) -> Float:
-    """What each medium takes from a segment by absorption and scattering, (n_media, n_bands)."""
-    media = scene_without(raymap.scene).media
+    """What media that light can meet take from a segment by absorption and scattering, (n_media, n_bands); else 0."""
+    scene = scene_without(raymap.scene)
     result = np.zeros((len(raymap.names.media), raymap.bands.n))
-    for i, name in enumerate(raymap.names.media):
-        if name in media:
-            values = (media[name].absorption_per_mm, *(s.coefficient_per_mm for s in media[name].scattering))
-            result[i] = sum(raymap.bands.average(value, f"Medium '{name}'") for value in values)
+    for name in used_media(scene):
+        medium = scene.media[name]
+        if not medium.is_conductor:
+            values = (medium.absorption_per_mm, *(part.coefficient_per_mm for part in medium.scattering))
+            result[raymap.names.media.index(name)] = sum(raymap.bands.average(v, f"Medium '{name}'") for v in values)
     return result
