@@ -194,7 +194,7 @@ def film(layers):
 @pytest.mark.parametrize("layers", [LAYERS, LAYERS[:2] * 6, [("rare", 3000.0)]])
 @pytest.mark.parametrize("from_back", [False, True])
 def test_tables_are_right_to_their_tolerance(layers, from_back):
-    """Rays at any angle, from both sides: shares that the kernel draws from against the exact ones, to 2e-4."""
+    """Rays at any angle, from both sides: shares that the kernel draws from against the exact ones, to 3e-4."""
     data = lowered("thin_film", scene_with(film(layers), MEDIA), lines(500.0, 633.0))
     n_i, n_t = (1.52, 1.0) if from_back else (1.0, 1.52)
     media = (0, 1)[:: -1 if from_back else 1]
@@ -212,7 +212,7 @@ def test_tables_are_right_to_their_tolerance(layers, from_back):
         step = min(int(place), grid - 1)
         found = table[step] + (place - step) * (table[step + 1] - table[step])
         for band, nm in enumerate((500.0, 633.0)):
-            assert found[:, band] == pytest.approx(np.ravel(shares(sine, n_i, given, n_t, nm)), abs=2e-4)
+            assert found[:, band] == pytest.approx(np.ravel(shares(sine, n_i, given, n_t, nm)), abs=3e-4)
 
 
 def test_bands_are_averages_and_lines_exact():
