@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """What every test may use."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -16,3 +17,11 @@ def repository() -> Path:
 def example_scenes(repository: Path) -> list[Path]:
     """Every scene file that is shipped."""
     return sorted((repository / "examples").rglob("*.scene.json"))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def kernels_know_no_types_of_tests(repository: Path) -> Iterator[None]:
+    """Kernels are kept compiled for the types they were given; see `tests.kernel_types`."""
+    yield
+    kept = (repository / "core").rglob("*.nbi")
+    assert not [file.name for file in kept if b"tests." in file.read_bytes()], "a kernel was given a type of a test"

@@ -19,16 +19,10 @@ from raymaps.materials import VACUUM
 from raymaps.names import Names
 from raymaps.scene import Scene
 from raymaps.trace import RunKey, Wave
+from tests.kernel_types import tables
 
 #: Plane of the surface: no axis of the scene lies in it.
 NORMAL = np.array([2.0, -3.0, 6.0]) / 7.0
-
-
-class Tables(NamedTuple):
-    """What a surface's kernel reads of the scene."""
-
-    plane: NDArray[np.float64]
-    surface_kind: NDArray[np.uint8]
 
 
 class Met(NamedTuple):
@@ -136,7 +130,7 @@ def meet(
     plane = np.array([[*NORMAL, 0.0]])
     kinds = np.array([SurfaceKind[name.upper()] if kind is None else kind], np.uint8)
     kernel.run(
-        np.arange(n_rays, dtype=np.int32), wave, Tables(plane, kinds), data,
+        np.arange(n_rays, dtype=np.int32), wave, tables(plane=plane, surface_kind=kinds), data,
         RunKey(np.uint64(seed), np.uint64(10**9), threshold), 1,
     )  # fmt: skip
     assert np.allclose(np.linalg.norm(wave.direction, axis=1), 1, atol=1e-12)

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -23,6 +22,8 @@ from raymaps.kinds import EventKind
 from raymaps.materials import Medium
 from raymaps.names import Names
 from raymaps.scene import Scene
+from raymaps.trace import RunKey, Wave
+from tests.kernel_types import tables
 from tests.physics.scenes import agrees
 
 SCATTERING = int(EventKind.MEDIUM_SCATTERING)
@@ -30,31 +31,8 @@ FRAME = Frame(np.zeros(3), 2.0, 2.0**-20)
 OPTICAL_DEPTHS = [1e-12, 1e-9, 1e-6, 1e-3, 0.1, 1.0, 10.0, 40.0, 800.0, 1e6]
 
 
-class Wave(NamedTuple):
-    """As much of `raymaps.trace.Wave` as media look at."""
-
-    position: np.ndarray
-    direction: np.ndarray
-    end: np.ndarray
-    distance: np.ndarray
-    light: np.ndarray
-    triangle: np.ndarray
-    hit: np.ndarray
-    medium: np.ndarray
-    state: np.ndarray
-
-
-class Tables(NamedTuple):
-    plane: np.ndarray
-
-
-class Key(NamedTuple):
-    seed: np.uint64
-    first_ray: np.uint64
-
-
-TABLES = Tables(np.array([[0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 1.0, 1.0]]))  # the planes z = 0 and z = 1
-KEY = Key(np.uint64(5), np.uint64(1000))
+TABLES = tables(plane=[[0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 1.0, 1.0]])  # the planes z = 0 and z = 1
+KEY = RunKey(np.uint64(5), np.uint64(1000), 0.1)
 
 
 def wave_of(light, distance, n=None):
@@ -62,12 +40,14 @@ def wave_of(light, distance, n=None):
     light = np.atleast_2d(np.asarray(light, np.float32))
     n = n or len(light)
     light = np.ascontiguousarray(np.broadcast_to(light, (n, light.shape[1])))
-    up = np.tile([0.0, 0.0, 1.0], (n, 1))
-    distance = np.full(n, float(distance))
-    return Wave(
-        np.zeros((n, 3)), up, up * distance[:, None], distance, light.copy(), np.full(n, -1, np.int32),
-        np.ones(n, np.int32), np.zeros(n, np.int16), np.full(n, PENDING, np.uint8),
-    )  # fmt: skip
+    wave = Wave.allocate(n, light.shape[1])
+    wave.direction[:, 2] = 1.0
+    wave.distance[:] = distance
+    wave.end[:] = wave.direction * float(distance)
+    wave.light[:] = light
+    wave.triangle[:], wave.hit[:] = -1, 1
+    wave.state[:] = PENDING
+    return wave
 
 
 def lowering(*media, bands=RGB_BANDS, frame=FRAME, unused=()):
@@ -287,7 +267,7 @@ def test_tiny_depths_are_not_lost_in_the_steps_of_random_numbers():
     n = 200_000
     grey, coloured = (
         sum(
-            int((run(wave_of([1, 1, 1], 1.0, n), scattering_data(data), key=Key(np.uint64(s), KEY.first_ray)).state
+            int((run(wave_of([1, 1, 1], 1.0, n), scattering_data(data), key=KEY._replace(seed=np.uint64(s))).state
                  == SCATTERING).sum())
             for s in range(10)
         )
