@@ -14,14 +14,13 @@ from numpy.typing import NDArray
 
 from raymaps.bands import RGB_BANDS, Bands, spectral_bands
 from raymaps.effects import EFFECTS, Lowering, needed_effects, scene_without
-from raymaps.effects.usage import used_media, used_surfaces
+from raymaps.effects.usage import used_surfaces
 from raymaps.errors import SceneError
 from raymaps.formats.ray_set import RaySet
 from raymaps.frame import Frame
 from raymaps.geometry import BodyMesh, load_bodies, mesh_digest, winding_number
 from raymaps.kinds import SurfaceKind
 from raymaps.materials import (
-    D_LINE_NM,
     VACUUM,
     FresnelInterface,
     Medium,
@@ -149,8 +148,6 @@ def compile_scene(scene: Scene) -> CompiledScene:
     outside = _media_outside(acting, meshes, names)
     tables = _tables(acting, meshes, names, frame, box, outside, tuple(media.values()))
     source_media = tuple(_medium_of_source(acting, name, meshes, names, outside, ray_sets) for name in scene.sources)
-    if "dispersion" not in effects:
-        _check_indices(acting, names, tables)
     lowering = Lowering(acting, names, bands, tuple(media.values()), frame)
     data = {effect.name: effect.lower(lowering) for effect in EFFECTS if effect.name in effects}
     source_light = np.array([bands.light_of(source, f"Source '{name}'") for name, source in scene.sources.items()])
@@ -195,17 +192,6 @@ def _check_interfaces(scene: Scene) -> None:
             raise SceneError(
                 f"Surface '{surface}' of {where} is an interface between two media but the body has no medium: give it "
                 "one."
-            )
-
-
-def _check_indices(scene: Scene, names: Names, tables: Tables) -> None:
-    """Media that light can travel in need an index at the d line, which stands for all light."""
-    used = used_media(scene)
-    for name, index in zip(names.media, tables.medium_index, strict=True):
-        if name in used and not scene.media[name].is_conductor and not index > 0:
-            raise SceneError(
-                f"Medium '{name}': its refractive index is not known at {D_LINE_NM:g} nm, which stands for all light "
-                "without dispersion: give it as a number."
             )
 
 
@@ -350,7 +336,7 @@ def _tables(
         face_outside=np.array(face_outside, np.int16),
         face_inside=np.array(face_inside, np.int16),
         surface_kind=np.array([SurfaceKind[prop.kind.upper()] for prop in scene.surfaces.values()], np.uint8),
-        medium_index=np.array([float(medium.index_at(D_LINE_NM)) for medium in media]),
+        medium_index=np.array([medium.index_at_d_line for medium in media]),
         ambient=np.array([_ambient_index(scene, names)], np.int16),
         box=box,
     )

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -41,11 +40,6 @@ class Lowering:
     bands: Bands
     media: tuple[Medium, ...]
     frame: Frame
-
-    @cached_property
-    def medium_index(self) -> NDArray[np.float64]:
-        """Refractive index of each medium in each band, (n_media, n_bands)."""
-        return np.array([medium.index_at(self.bands.index_nm) for medium in self.media])
 
     def by_medium(self, value_of: Callable[[Medium], Any], what: str) -> NDArray[np.float64]:
         """A spectral value of the media that light can travel in, by band, (n_media, n_bands); 0 for the others."""

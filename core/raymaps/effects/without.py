@@ -7,7 +7,6 @@ from collections.abc import Callable
 from typing import Any
 
 from raymaps.materials import (
-    D_LINE_NM,
     Absorber,
     Coefficients,
     FresnelInterface,
@@ -83,5 +82,5 @@ def one_index(scene: Scene) -> Scene:
     """Media have their index at the d line at all wavelengths."""
     return _with_media(
         scene,
-        lambda medium: {} if medium.is_conductor else {"refractive_index": float(medium.index_at(D_LINE_NM))},
+        lambda medium: {} if medium.is_conductor else {"refractive_index": medium.index_at_d_line},
     )
