@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from raymaps.formats.luminaire_files import read_luminaire
+from raymaps.results.detector import evaluate_detector
 from tests.physics.emission import emitted, frame_around, independent, one_minus_cos
 from tests.physics.scenes import (
     agrees,
@@ -284,3 +285,30 @@ def test_light_of_a_luminaires_file_on_a_detector(tmp_path):
     )  # fmt: skip
     expected = 100 / math.pi * 4 / 20**2
     agrees("flux", *h.flux_w(h.crossings_per_ray(h.through("D"))), expected, rounding=4e-3)
+
+
+@pytest.mark.parametrize("suffix", [".ies", ".ldt"])
+def test_a_luminaire_comes_back_from_the_far_field(tmp_path, suffix):
+    """Table to rays to far field to file to table: the same C and gamma, within the noise of the cells."""
+    far_field = {"kind": "far_field", "axis": [1, 2, 2], "x_axis": [0, 1, 5], "resolution": [6, 18]}
+    c, gamma = (0, 60, 120, 180, 240, 300, 360), (0, 40, 90, 180)
+    candela = [[9, 9, 1, 0], [9, 30, 5, 0], [9, 2, 1, 0], [9, 7, 20, 0], [9, 9, 1, 0], [9, 1, 1, 0], [9, 9, 1, 0]]
+    aim = {"direction": [1, 2, 2], "c0_direction": [0, 1, 5]}
+    other = {"kind": "illuminant", "name": "D65"}
+    h = traced(
+        tmp_path, {}, rays=200_000, detectors={"Sky": far_field},
+        sources={"S": luminaire(table(c, gamma, candela), spectrum=other, **aim)},
+    )  # fmt: skip
+    evaluate_detector(h.raymap, "Sky").write(tmp_path / f"lamp{suffix}")
+    data = read_luminaire(tmp_path / f"lamp{suffix}")
+    assert data["c_deg"] == pytest.approx(c)
+    again = np.array(data["candela"])
+    gamma_deg = np.array(data["gamma_deg"])
+    inner = (gamma_deg > 15) & (gamma_deg < 165)
+    expected = np.stack([np.interp(gamma_deg, gamma, row) for row in candela])
+    # each cell is a mean over 60 degrees of C: of the neighbours an eighth each counts, and three quarters of its own
+    ring = expected[:-1]
+    expected[:-1] = 0.75 * ring + 0.125 * (np.roll(ring, 1, axis=0) + np.roll(ring, -1, axis=0))
+    expected[-1] = expected[0]
+    scale = again[:, inner].sum() / expected[:, inner].sum()
+    assert np.abs(again / scale - expected)[:, inner].max() < 0.05 * expected.max()

@@ -8,6 +8,7 @@ import pytest
 
 from raymaps.errors import FormatError, SceneError
 from raymaps.formats.luminaire_files import read_luminaire
+from raymaps.formats.photometry_out import Photometry, eulumdat_text, ies_text
 from raymaps.scene import scene_from_dict
 
 GAMMA = (0.0, 45.0, 90.0)
@@ -310,3 +311,22 @@ def test_axes_of_a_luminaire_must_differ(tmp_path):
     )  # fmt: skip
     with pytest.raises(SceneError, match="c0_direction must not be parallel to the direction"):
         scene_from_dict(data)
+
+
+# ------------------------------------------------------------------------------------- what we write ourselves
+
+
+def photometry(n_c, lamps_lm=None):
+    rng = np.random.default_rng(n_c)
+    return Photometry("Lamp", rng.uniform(0.5, 900, (n_c, 19)), 1234.5, lamps_lm, "2024-01-02", ("a remark",))
+
+
+@pytest.mark.parametrize("n_c", [1, 2, 24])
+@pytest.mark.parametrize("lamps_lm", [None, 2600.0])
+@pytest.mark.parametrize("write", [ies_text, eulumdat_text])
+def test_our_own_files_are_read_as_they_were_meant(tmp_path, write, n_c, lamps_lm):
+    of = photometry(n_c, lamps_lm)
+    data = read(tmp_path, write(of))
+    assert data["gamma_deg"] == pytest.approx(of.gamma_deg)
+    assert data["c_deg"] == pytest.approx([*of.c_deg, 360])
+    assert np.array(data["candela"]) == pytest.approx(np.concatenate([of.candela, of.candela[:1]]), abs=0.01)
