@@ -26,7 +26,7 @@ NAMES = Names(
     bodies=("Lens", "Barrel", "Plate"),
     surfaces=("polished", "black", "white"),
     media=("air", "glass"),
-    detectors=("Sensor", "Wall"),
+    detectors=("Sensor", "Wall", "Skin", "Sky"),
     faces=((0, "Face1"), (0, "Face2"), (1, "Face1"), (2, "Face1"), (2, "Top side")),
 )
 SOURCE_FLUX_W = (1.0, 3.0, 0.5)
@@ -61,6 +61,7 @@ class Event:
     light: tuple[float, float, float] = (0.0, 0.0, 0.0)
     position_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)
     crossings: list[Crossing] = field(default_factory=list)
+    wavelength_nm: float = 0.0  # of an emission: to which the ray is narrowed
 
 
 Ray = list[Event]
@@ -82,6 +83,8 @@ def scene() -> Scene:
             "detectors": {
                 "Sensor": {**detector, "width_mm": 4, "height_mm": 2, "resolution": [8, 4], "max_angle_deg": 60},
                 "Wall": {**detector, "width_mm": 10, "height_mm": 10, "resolution": [3, 3], "side": "both"},
+                "Skin": {"kind": "face", "body": "Plate", "faces": ["Top side"]},
+                "Sky": {"kind": "far_field"},
             },
         }
     )
@@ -130,6 +133,7 @@ def random_ray(rng: np.random.Generator, n_sources: int = len(NAMES.sources), ma
     where = place() if rng.random() < 0.7 else {}
     medium = int(rng.integers(2))
     events.append(Event(ending, medium=medium, light=(0.0, 0.0, 0.0) if gone else events[-1].light, **where))
+    emission.wavelength_nm = float(np.float32(rng.uniform(400, 700))) if rng.random() < 0.4 else 0.0
     for event in events:
         event.position_mm = tuple(float(x) for x in rng.normal(0, 10, 3))
     return events
@@ -175,6 +179,7 @@ class MemoryPortion:
         self.lights = Lights(self.light, ("r", "g", "b"), RGB_BANDS)
         self.event_light = np.arange(len(events), dtype=np.uint32)
         self.power = self.lights.power
+        self.ray_wavelength_nm = np.array([ray[0].wavelength_nm for ray in rays], np.float32)
         self.position_mm = np.array([event.position_mm for event in events], np.float64).reshape(-1, 3)
         crossed = [(row, c) for row, event in enumerate(events) for c in event.crossings]
         crossings = [crossing for _, crossing in crossed]

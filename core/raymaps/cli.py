@@ -359,13 +359,22 @@ def _four(text: str | None, option: str) -> tuple[float, float, float, float] | 
 def detector(
     map_: MapFolder,
     name: Annotated[str, typer.Argument(metavar="NAME", help="Detector.")],
-    resolution: Annotated[str | None, typer.Option(metavar="NXxNY", help="Cells, by default the scene's.")] = None,
-    max_angle: Annotated[float | None, typer.Option(metavar="DEG", min=0, max=90, help="Acceptance angle.")] = None,
+    resolution: Annotated[
+        str | None,
+        typer.Option(metavar="NXxNY", help="Cells, by default the scene's; of a far field half planes C x steps in gamma."),
+    ] = None,
+    max_angle: Annotated[
+        float | None,
+        typer.Option(metavar="DEG", min=0, max=90, help="Acceptance angle; of a far field the largest gamma."),
+    ] = None,
     source: Annotated[str | None, typer.Option(metavar="NAME", help="Light of this source only.")] = None,
     where: Where = None,
     rect: Annotated[str | None, typer.Option(metavar="X0,Y0,X1,Y1", help="Region in mm.")] = None,
     ellipse: Annotated[str | None, typer.Option(metavar="CX,CY,RX,RY", help="Region in mm.")] = None,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help=".png, .csv or .npz file.")] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help=".png, .csv or .npz file; of a far field also .ies or .ldt."),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Light on a detector, with other parameters if wanted, without simulating again."""

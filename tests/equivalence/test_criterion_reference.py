@@ -20,6 +20,7 @@ from raymaps.criterion import (
     OnSurface,
     Or,
     Rectangle,
+    Wavelength,
     bind,
     matching_rays,
     parse_criterion,
@@ -75,6 +76,10 @@ def matches_slowly(criterion, ray):
                 after.kind == kind and before.medium >= 0 and NAMES.media[before.medium] == medium
                 for before, after in itertools.pairwise(ray)
             )
+        case Crosses("Skin"):  # on face Top side of Plate
+            return matches_slowly(Hit("Plate", "Top side"), ray)
+        case Crosses("Sky"):
+            return ray[-1].kind == EventKind.LEFT
         case Crosses(detector, area):
             return any(
                 crossing.registered and NAMES.detectors[crossing.detector] == detector and in_area(area, crossing)
@@ -83,6 +88,8 @@ def matches_slowly(criterion, ray):
             )
         case Ended(how):
             return ray[-1].kind in ENDINGS[how]
+        case Wavelength(low_nm, high_nm):
+            return low_nm <= ray[0].wavelength_nm <= high_nm
         case Not(operand):
             return not matches_slowly(operand, ray)
         case And(operands):
@@ -111,9 +118,11 @@ def random_event(rng):
         lambda: OnSurface(pick(NAMES.surfaces), kind),
         lambda: Happened(pick(KINDS)),
         lambda: InMedium(pick(NAMES.media), pick(("absorption", "scattering"))),
-        lambda: Crosses(pick(NAMES.detectors), random_area(rng) if rng.random() < 0.8 else None),
+        lambda: Crosses(pick(("Sensor", "Wall")), random_area(rng) if rng.random() < 0.8 else None),
+        lambda: Crosses(pick(("Skin", "Sky"))),
         lambda: Ended(pick(tuple(ENDINGS))),
-    ][int(rng.integers(8))]()
+        lambda: Wavelength(*sorted(float(nm) for nm in rng.uniform(350, 750, 2))),
+    ][int(rng.integers(10))]()
 
 
 def random_tree(rng, depth):
@@ -127,7 +136,7 @@ def random_tree(rng, depth):
 
 
 def matching_ids(raymap, criterion):
-    bound = bind(criterion, raymap.names)
+    bound = bind(criterion, raymap.names, raymap.scene.detectors)
     return [int(portion.first_ray + ray) for portion in raymap.portions for ray in matching_rays(portion, bound)]
 
 

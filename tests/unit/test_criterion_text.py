@@ -19,6 +19,7 @@ from raymaps.criterion import (
     OnSurface,
     Or,
     Rectangle,
+    Wavelength,
     all_of,
     any_of,
     format_criterion,
@@ -65,6 +66,11 @@ EVENTS = [
         {"event": "detector", "detector": "Sensor", "ellipse": [0.0, 0.0, 1e-7, 3.0]},
     ),
     ("ended(absorbed)", Ended("absorbed"), {"event": "ended", "how": "absorbed"}),
+    (
+        "wavelength(486.1, 656.28)",
+        Wavelength(486.1, 656.28),
+        {"event": "wavelength", "low_nm": 486.1, "high_nm": 656.28},
+    ),
 ]
 
 
@@ -153,6 +159,11 @@ def test_names_are_quoted_only_where_they_must():
         ("detector(S, rect=(0,0,0,1))", 18, "needs X0 < X1"),
         ("detector(S, ellipse=(0,0,-1,1))", 21, "needs radii above 0"),
         ("detector(S, ellipse=(0,0,1e999,1))", 21, "up to 1e150"),
+        ("wavelength(500)", 15, "expected ','"),
+        ("wavelength(a, 600)", 12, "expected a number in nm, found 'a'"),
+        ("wavelength(600, 500)", 12, "needs LO <= HI, got"),
+        ("wavelength(-1, 500)", 12, "two numbers in nm above 0"),
+        ("wavelength(1, 1e999)", 12, "two numbers in nm above 0, got inf"),
         ('from("LED)', 6, "lacks its closing double quote"),
         (r'from("a\n")', 9, "a backslash stands only before"),
         ('from("")', 6, "is empty"),
@@ -189,7 +200,7 @@ def random_name(rng):
 
 def random_criterion(rng, depth):
     """Any tree that can be built, whatever its names."""
-    shape = int(rng.integers(12 if depth else 8))
+    shape = int(rng.integers(13 if depth else 9))
     kind = str(rng.choice(sorted(CRITERION_KINDS))) if rng.random() < 0.5 else None
     if shape == 0:
         return Everything()
@@ -209,10 +220,12 @@ def random_criterion(rng, depth):
         return Crosses(random_name(rng), areas[int(rng.integers(3))])
     if shape == 7:
         return Ended(str(rng.choice(["absorbed", "left", "killed"])))
-    if shape in (8, 9):
+    if shape == 8:
+        return Wavelength(*sorted(float(nm) for nm in 10 ** rng.uniform(-3, 6, 2)))
+    if shape in (9, 10):
         return Not(random_criterion(rng, depth - 1))
     operands = [random_criterion(rng, depth - 1) for _ in range(int(rng.integers(2, 5)))]
-    return all_of(operands) if shape == 10 else any_of(operands)
+    return all_of(operands) if shape == 11 else any_of(operands)
 
 
 @pytest.mark.parametrize("seed", range(300))

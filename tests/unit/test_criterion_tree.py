@@ -27,7 +27,7 @@ from raymaps.criterion import (
     to_dict,
 )
 from raymaps.errors import CriterionError
-from tests.criterion_maps import NAMES
+from tests.criterion_maps import NAMES, scene
 
 A, B, C, D = (From(name) for name in "ABCD")
 
@@ -113,6 +113,9 @@ def test_nothing_wrong_can_be_built(make, part):
         ({"event": "detector", "detector": "S", "rect": [0, 0, 1]}, "list of four numbers"),
         ({"event": "detector", "detector": "S", "rect": [0, 0, 1, "1"]}, "four numbers in mm"),
         ({"event": "detector", "detector": "S", "rect": [0, 0, 1, 1], "ellipse": [0, 0, 1, 1]}, "not both"),
+        ({"event": "wavelength", "low_nm": 500}, "lacks the key 'high_nm'"),
+        ({"event": "wavelength", "low_nm": 500, "high_nm": True}, "two numbers in nm above 0, got True"),
+        ({"event": "wavelength", "low_nm": 0, "high_nm": 5}, "two numbers in nm above 0, got 0"),
     ],
 )
 def test_data_is_validated(data, part):
@@ -129,6 +132,14 @@ def test_data_nested_deeper_than_python_can_go():
         from_dict(data)
 
 
+@pytest.mark.parametrize("area", ["rect=(-1,-1,1,1)", "ellipse=(0,0,1,1)"])
+@pytest.mark.parametrize(("detector", "what"), [("Skin", "one of faces"), ("Sky", "one of the far field")])
+def test_areas_are_cut_out_of_rectangles_alone(detector, what, area):
+    with pytest.raises(CriterionError, match=f"Detector '{detector}' is {what}: .* leave it out."):
+        bind(f"true & ~detector({detector}, {area})", NAMES, scene().detectors)
+    bind(f"detector({detector})", NAMES, scene().detectors)
+
+
 @pytest.mark.parametrize(
     ("text", "part"),
     [
@@ -137,7 +148,7 @@ def test_data_nested_deeper_than_python_can_go():
         ("hit(Barrel.Face2)", "Unknown face of body 'Barrel' 'Face2'; known: 'Face1'."),
         ("surface(gold)", "Unknown surface property 'gold'"),
         ("medium(water, absorption)", "Unknown medium 'water'; known: 'air', 'glass'."),
-        ("detector(Eye)", "Unknown detector 'Eye'; known: 'Sensor', 'Wall'."),
+        ("detector(Eye)", "Unknown detector 'Eye'; known: 'Sensor', 'Wall', 'Skin', 'Sky'."),
         ("true | ~(true & from(Sun))", "Unknown source 'Sun'"),
     ],
 )

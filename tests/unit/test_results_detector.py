@@ -225,7 +225,7 @@ def test_cells_whose_centre_lies_outside_the_region_set_no_extreme():
 @pytest.mark.parametrize(
     ("arguments", "part"),
     [
-        ({"name": "Eye"}, "Unknown detector 'Eye'; known: 'Sensor', 'Wall'."),
+        ({"name": "Eye"}, "Unknown detector 'Eye'; known: 'Sensor', 'Wall', 'Skin', 'Sky'."),
         ({"source": "Sun"}, "Unknown source 'Sun'"),
         ({"where": "hit(Nothing)"}, "Unknown body 'Nothing'"),
         ({"max_angle_deg": 0}, "above 0 and at most 90 degrees, got 0"),

@@ -90,7 +90,7 @@ def test_json(raymap):
     data = json.loads(json.dumps(report(raymap, "hit(Lens)", limit=2).to_dict()))
     assert {"criterion", "matching", "scanned", "flux_w", "flux_stderr_w", "rays"} <= set(data)
     ray = data["rays"][0]
-    assert set(ray) == {"ray", "source", "flux_w", "ended", "events"}
+    assert set(ray) == {"ray", "source", "flux_w", "ended", "events", "wavelength_nm"}
     assert {
         "kind",
         "text",
@@ -101,6 +101,7 @@ def test_json(raymap):
         "position_mm",
         "rgb",
         "flux_left_w",
+        "flux_left_lm",
         "detectors",
     } <= set(ray["events"][0])
 

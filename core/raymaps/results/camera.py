@@ -32,14 +32,18 @@ class Camera(NamedTuple):
     height_mm: float
 
 
-def fit_camera(content: ModelView) -> Camera:
-    """A camera that sees all shapes: with z up, or with z to the right where the model is a long tube along z."""
+def fit_camera(content: ModelView, toward: Float | None = None) -> Camera:
+    """A camera that sees all shapes: with z up, or with z to the right where the model is a long tube along z.
+
+    ``toward``, (3,), says from where else it looks, with z up as far as that can be.
+    """
     points = content.points_mm
     middle, size = (points.min(axis=0) + points.max(axis=0)) / 2, np.ptp(points, axis=0)
-    lying = size[2] > _LONG_FROM * max(size[0], size[1])
-    toward = (_TOWARD_LYING if lying else _TOWARD).copy()
-    toward /= np.linalg.norm(toward)
-    right = np.cross([0.0, 1.0, 0.0] if lying else [0.0, 0.0, 1.0], toward)
+    lying = toward is None and size[2] > _LONG_FROM * max(size[0], size[1])
+    toward = (_TOWARD_LYING if lying else _TOWARD).copy() if toward is None else toward
+    toward = toward / np.linalg.norm(toward)
+    upright = [0.0, 0.0, 1.0] if not lying and abs(toward[2]) < 0.999 else [0.0, 1.0, 0.0]
+    right = np.cross(upright, toward)
     right /= np.linalg.norm(right)
     up = np.cross(toward, right)
     across, along = (points - middle) @ right, (points - middle) @ up

@@ -3,15 +3,14 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from raymaps.criterion import Ellipse, Rectangle
 from raymaps.errors import MissingPackageError
-from raymaps.results.colours import FALSE_COLOURS
-from raymaps.results.detector import DetectorMap, Statistic
+from raymaps.results.detector import DetectorMap
+from raymaps.results.picture_parts import INK, LOOK, PALE, colour_bar, cut, false_colour_scale, with_error
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,10 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["draw_detector_map"]
 
-_INK, _PALE = "#30343b", "#6b7280"
 _LONG_SIDE_INCH = 5.6
-#: Colours are logarithmic, over so many decades, where the brightest cell exceeds the middle one so many times.
-_LOGARITHMIC_FROM, _DECADES = 300.0, 4
 
 
 def draw_detector_map(detector_map: DetectorMap) -> Figure:
@@ -42,7 +38,7 @@ def draw_detector_map(detector_map: DetectorMap) -> Figure:
     scale = _LONG_SIDE_INCH / max(detector_map.width_mm, detector_map.height_mm)
     width = max(detector_map.width_mm * scale, 2.2)
     height = max(detector_map.height_mm * scale, 1.6)
-    with rc_context({"font.family": "DejaVu Sans", "font.size": 9, "text.color": _INK, "axes.edgecolor": "#9aa0a8"}):
+    with rc_context(LOOK):
         figure = Figure(figsize=(width + 2.1, height + 1.75), facecolor="white")
         left, bottom = 0.85 / (width + 2.1), 0.62 / (height + 1.75)
         axes = figure.add_axes((left, bottom, width / (width + 2.1), height / (height + 1.75)))
@@ -53,18 +49,9 @@ def draw_detector_map(detector_map: DetectorMap) -> Figure:
 
 
 def _draw_cells(figure: Figure, axes: Axes, detector_map: DetectorMap) -> None:
-    from matplotlib import colormaps
-    from matplotlib.colors import LogNorm, Normalize
-    from matplotlib.ticker import FuncFormatter
-
     irradiance = np.ma.masked_invalid(detector_map.irradiance_w_per_mm2)
     half_width, half_height = detector_map.width_mm / 2, detector_map.height_mm / 2
-    colours = colormaps[FALSE_COLOURS].with_extremes(bad="#e4e6e9", under=colormaps[FALSE_COLOURS](0.0))
-    brightest = float(irradiance.max()) if irradiance.count() else 0.0
-    lit = irradiance.compressed()[irradiance.compressed() > 0]
-    logarithmic = len(lit) > 0 and brightest > _LOGARITHMIC_FROM * float(np.median(lit))
-    darkest = brightest * 10.0**-_DECADES if logarithmic else 0.0
-    norm = LogNorm(darkest, brightest) if logarithmic else Normalize(0.0, brightest or 1.0)
+    colours, norm, darkest, _ = false_colour_scale(detector_map.irradiance_w_per_mm2)
     image = axes.imshow(
         np.ma.maximum(irradiance, 0.5 * darkest),  # a logarithm of 0 would look like no cell at all
         origin="lower",
@@ -74,18 +61,14 @@ def _draw_cells(figure: Figure, axes: Axes, detector_map: DetectorMap) -> None:
         interpolation="nearest",
         aspect="auto",
     )
-    axes.set_xlabel("x in mm", color=_INK)
-    axes.set_ylabel("y in mm", color=_INK)
-    axes.tick_params(colors=_INK, labelsize=8)
+    axes.set_xlabel("x in mm", color=INK)
+    axes.set_ylabel("y in mm", color=INK)
+    axes.tick_params(colors=INK, labelsize=8)
     place = axes.get_position()
-    gap = 0.16 / figure.get_figwidth()
-    bar_axes = figure.add_axes((place.x1 + gap, place.y0, 0.17 / figure.get_figwidth(), place.height))
-    scale, prefix = _prefix(brightest)
-    bar = figure.colorbar(image, cax=bar_axes, format=FuncFormatter(lambda value, _: f"{value / scale:.4g}"))
-    bar.ax.minorticks_off()
-    bar.set_label(f"irradiance in {prefix}W/mm²{', logarithmic' if logarithmic else ''}", color=_INK)
-    bar.ax.tick_params(colors=_INK, labelsize=8)
-    bar.outline.set_edgecolor("#9aa0a8")
+    width = figure.get_figwidth()
+    colour_bar(
+        figure, image, (place.x1 + 0.16 / width, place.y0, 0.17 / width, place.height), "irradiance", "W/mm²"
+    )
 
 
 def _draw_region(axes: Axes, detector_map: DetectorMap) -> None:
@@ -104,38 +87,21 @@ def _draw_region(axes: Axes, detector_map: DetectorMap) -> None:
 
 def _write_title(figure: Figure, detector_map: DetectorMap, left: float) -> None:
     top, inch = 1.0, 1.0 / figure.get_figheight()
+    letters = int(13.5 * figure.get_figwidth() * (1 - left))
     figure.text(left, top - 0.33 * inch, detector_map.detector, fontsize=13, fontweight="bold")
-    flux = detector_map.flux_w
-    line = f"{_with_error(flux, 'W')}   {detector_map.crossings:,} crossings"
-    figure.text(left, top - 0.56 * inch, line.replace(",", "\u2009"), fontsize=9.5)
-    conditions = [f"{detector_map.resolution[0]} × {detector_map.resolution[1]} cells"]
+    line = with_error(detector_map.flux_w, "W")
+    line += f"   {with_error(detector_map.flux_lm, 'lm')}" if detector_map.flux_lm is not None else ""
+    line += f"   {detector_map.crossings:,} crossings".replace(",", "\u2009")
+    figure.text(left, top - 0.56 * inch, cut(line, letters), fontsize=9.5)
+    conditions = [f"without {', '.join(detector_map.without)}"] if detector_map.without else []
+    conditions.append(f"{detector_map.resolution[0]} × {detector_map.resolution[1]} cells")
     conditions.append(f"{detector_map.side} side" if detector_map.side != "both" else "both sides")
     conditions.append(f"up to {detector_map.max_angle_deg:g}°")
     conditions += [f"from {detector_map.source}"] if detector_map.source else []
     conditions += [f"where {detector_map.criterion}"] if detector_map.criterion else []
-    letters = int(13.5 * figure.get_figwidth() * (1 - left))
-    figure.text(left, top - 0.76 * inch, _cut(",  ".join(conditions), letters), fontsize=8, color=_PALE)
-    line = f"mean {_with_error(detector_map.mean_w_per_mm2, 'W/mm²')}"
+    figure.text(left, top - 0.76 * inch, cut(",  ".join(conditions), letters), fontsize=8, color=PALE)
+    line = f"mean {with_error(detector_map.mean_w_per_mm2, 'W/mm²')}"
+    line += f" or {with_error(detector_map.mean_lx, 'lx')}" if detector_map.mean_lx is not None else ""
     if detector_map.uniformity:
         line += f",  min/mean {detector_map.uniformity.value:.2f} ± {detector_map.uniformity.stderr:.2f}"
-    figure.text(left, top - 0.93 * inch, _cut(line, letters), fontsize=8, color=_PALE)
-
-
-def _with_error(figure: Statistic, unit: str) -> str:
-    """A figure and its error in the same unit, the error with two digits: ``27.15 ± 0.16 mW``."""
-    scale, prefix = _prefix(max(abs(figure.value), figure.stderr))
-    error = figure.stderr / scale
-    decimals = max(0, 1 - math.floor(math.log10(error))) if error > 0 else 3
-    return f"{figure.value / scale:.{decimals}f} ± {error:.{decimals}f} {prefix}{unit}"
-
-
-def _prefix(largest: float) -> tuple[float, str]:
-    """Scale and letter of the SI prefix that suits a value."""
-    for scale, letter in ((1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n")):
-        if largest >= scale:
-            return scale, letter
-    return (1e-12, "p") if largest > 0 else (1.0, "")
-
-
-def _cut(text: str, length: int) -> str:
-    return text if len(text) <= length else text[: length - 1] + "…"
+    figure.text(left, top - 0.93 * inch, cut(line, letters), fontsize=8, color=PALE)

@@ -30,6 +30,7 @@ class MapInfo:
     program: str
     names: dict[str, Any]
     rays_of_source: dict[str, int]
+    without: list[str]
     ledger: Ledger
 
     def to_dict(self) -> dict[str, Any]:
@@ -46,6 +47,7 @@ class MapInfo:
             f"scene    {self.scene_hash}",
             f"content  {self.content_hash}",
             *(f"{what:<10}{', '.join(values) or '-'}" for what, values in names.items()),
+            *([f"{'without':<10}{', '.join(self.without)} (switched off)"] if self.without else []),
             "",
             *self._ledger_lines(),
         ]
@@ -83,5 +85,6 @@ def map_info(raymap: RayMap) -> MapInfo:
             "faces": [manifest.names.face_label(i) for i in range(len(manifest.names.faces))],
         },
         rays_of_source=dict(zip(raymap.names.sources, (int(n) for n in raymap.rays_of_source), strict=True)),
+        without=list(raymap.scene.settings.without),
         ledger=energy_ledger(raymap),
     )

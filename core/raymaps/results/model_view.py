@@ -16,13 +16,31 @@ from raymaps.errors import SceneError
 from raymaps.geometry import BodyMesh, load_bodies
 from raymaps.results.colours import false_colours, light_colours
 from raymaps.results.detector import DetectorMap, evaluate_detector
+from raymaps.results.face_detector import FaceMap
 from raymaps.results.edges import feature_edges_mm
 from raymaps.results.overlay import Overlay, overlay
-from raymaps.scene import ConeSource, DiscSource, FacesSource, RectangleDetector, Scene, Source, load_scene
+from raymaps.scene import (
+    ConeSource,
+    CrossingsSource,
+    Detector,
+    DiscSource,
+    FaceDetector,
+    FacesSource,
+    FarFieldDetector,
+    GaussianBeamSource,
+    LuminaireSource,
+    PointSource,
+    RaysSource,
+    RectangleDetector,
+    Scene,
+    Source,
+    SunSource,
+    load_scene,
+)
 from raymaps.store import RayMap
 from raymaps.units import format_quantity
 
-__all__ = ["EDGE_RGBA", "ModelView", "Painting", "Shape", "build_view"]
+__all__ = ["EDGE_RGBA", "ModelView", "Painting", "Shape", "build_view", "face_painting"]
 
 Float = NDArray[np.float64]
 
@@ -119,21 +137,30 @@ def build_view(
         what = RayMap.open(what) if Path(what).is_dir() else load_scene(what)
     if isinstance(what, RayMap):
         shown = overlay(what, where, rays)
-        paintings = tuple(_painting(evaluate_detector(what, name, where=where), what.scene) for name in paint)
+        painted = (_painting(evaluate_detector(what, name, where=where), what.scene) for name in paint)
+        paintings = tuple(painting for painting in painted if painting is not None)
         words = _what_is_shown(what, where, shown)
         return _view(Path(what.path).stem, words, what.scene, what.meshes, shown, paintings)
     if where is not None or paint:
         raise SceneError("A scene has no rays yet that could be shown: trace it, then look at its Ray Map.")
     flux = format_quantity(sum(source.flux_w for source in what.sources.values()), "W")
-    return _view(what.name, f"{len(what.sources)} sources with {flux}", what, load_bodies(what), None)
+    words = f"{len(what.sources)} sources with {flux}{_switched_off(what)}"
+    return _view(what.name, words, what, load_bodies(what), None)
+
+
+def _switched_off(scene: Scene) -> str:
+    """What a picture says of effects that are switched off."""
+    without = scene.settings.without
+    return f"  (without {', '.join(without)})" if without else ""
 
 
 def _what_is_shown(raymap: RayMap, where: Criterion | str | None, shown: Overlay) -> str:
+    off = _switched_off(raymap.scene)
     if where is None:
-        return f"the first {shown.rays} of {raymap.n_rays} rays"
+        return f"the first {shown.rays} of {raymap.n_rays} rays{off}"
     criterion = where if isinstance(where, str) else format_criterion(where)
     found = f"{shown.rays} rays where {criterion}"
-    return f"{found}  ({shown.matching} match of {shown.scanned} looked at)"
+    return f"{found}  ({shown.matching} match of {shown.scanned} looked at){off}"
 
 
 def _view(
@@ -146,7 +173,11 @@ def _view(
 ) -> ModelView:
     bodies = _bodies(scene, meshes)
     painted = {painting.detector for painting in paintings}
-    detectors = [_detector_shape(name, detector, name not in painted) for name, detector in scene.detectors.items()]
+    detectors = [
+        shape
+        for name, detector in scene.detectors.items()
+        if (shape := _detector_shape(name, detector, name not in painted, meshes)) is not None
+    ]
     size_mm = max(_diagonal_mm([*bodies, *detectors]), 1e-9)
     sources = [_source_shape(name, source, meshes, size_mm) for name, source in scene.sources.items()]
     return ModelView(title, subtitle, (*bodies, *detectors, *sources), rays, paintings)
@@ -165,7 +196,26 @@ def _bodies(scene: Scene, meshes: tuple[BodyMesh, ...]) -> list[Shape]:
     return shapes
 
 
-def _detector_shape(name: str, detector: RectangleDetector, tinted: bool) -> Shape:
+def _detector_shape(name: str, detector: Detector, tinted: bool, meshes: tuple[BodyMesh, ...]) -> Shape | None:
+    """A detector in its place; None of the far field, which is nowhere."""
+    if isinstance(detector, FarFieldDetector):
+        return None
+    if isinstance(detector, FaceDetector):
+        mesh = next(mesh for mesh in meshes if mesh.name == detector.body)
+        chosen = np.isin(mesh.triangle_face, mesh.face_indices(detector.faces, f"Detector '{name}'"))
+        triangles = mesh.corners_mm[chosen] if tinted else np.zeros((0, 3, 3))
+        return Shape(name, "detector", _DETECTOR_COLOUR, 0.16, triangles, _outline_mm(mesh.triangles[chosen], mesh))
+    return _rectangle_shape(name, detector, tinted)
+
+
+def _outline_mm(triangles: NDArray[np.int64], mesh: BodyMesh) -> Float:
+    """Borders of some triangles: sides that belong to one of them only, as segments, (n, 6)."""
+    sides = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    distinct, count = np.unique(sides, axis=0, return_counts=True)
+    return mesh.vertices_mm[distinct[count == 1]].reshape(-1, 6)
+
+
+def _rectangle_shape(name: str, detector: RectangleDetector, tinted: bool) -> Shape:
     x, y, normal = detector.axes
     centre = np.array(detector.center_mm)
     x, y = x * detector.width_mm / 2, y * detector.height_mm / 2
@@ -179,8 +229,12 @@ def _detector_shape(name: str, detector: RectangleDetector, tinted: bool) -> Sha
     return Shape(name, "detector", _DETECTOR_COLOUR, 0.10, triangles, np.vstack([ring, arrows]))
 
 
-def _painting(lit: DetectorMap, scene: Scene) -> Painting:
-    """A detector's map in its place, with two triangles a cell."""
+def _painting(lit: object, scene: Scene) -> Painting | None:
+    """What a detector registered in its place: two triangles a cell of a rectangle, the cells of faces."""
+    if isinstance(lit, FaceMap):
+        return face_painting(lit)
+    if not isinstance(lit, DetectorMap):
+        return None
     x, y, _ = scene.detectors[lit.detector].axes
     centre = np.array(scene.detectors[lit.detector].center_mm)
     corners = centre + lit.x_edges_mm[None, :, None] * x + lit.y_edges_mm[:, None, None] * y
@@ -191,33 +245,48 @@ def _painting(lit: DetectorMap, scene: Scene) -> Painting:
     return Painting(lit.detector, triangles.reshape(-1, 3, 3), np.repeat(rgb.reshape(-1, 3), 2, axis=0))
 
 
+def face_painting(lit: FaceMap, brightest: float | None = None) -> Painting:
+    """The cells of faces in false colours up to a brightest irradiance."""
+    irradiance = np.nan_to_num(lit.irradiance_w_per_mm2)
+    rgb = false_colours(np.clip(irradiance / (brightest or irradiance.max() or 1.0), 0.0, 1.0))
+    return Painting(lit.detector, lit.cells.corners_mm, rgb)
+
+
 def _source_shape(name: str, source: Source, meshes: tuple[BodyMesh, ...], size_mm: float) -> Shape:
-    """A source as faces that shine, a disc with an arrow, a cone, or a small ball."""
+    """A source as faces that shine, a disc with an arrow, a cone, or a small ball, with an arrow if it is aimed."""
     light = np.array(source.rgb) / sum(source.rgb)
     red, green, blue = (int(band) for band in light_colours(light[None])[0])
-    triangles, lines = np.zeros((0, 3, 3)), np.zeros((0, 6))
     if isinstance(source, FacesSource):
         mesh = next(mesh for mesh in meshes if mesh.name == source.body)
         chosen = np.isin(mesh.triangle_face, mesh.face_indices(source.faces, f"Source '{name}'"))
-        triangles = mesh.corners_mm[chosen]
-    else:
-        centre, radius_mm = np.array(source.position_mm), 0.012 * size_mm
-        if isinstance(source, DiscSource | ConeSource):
-            way = np.array(source.direction) / np.linalg.norm(source.direction)
-            radius_mm = source.radius_mm if isinstance(source, DiscSource) else radius_mm
-            reach = 0.10 * size_mm
-            lines = np.array([[*centre, *(centre + way * reach)]])
-            if isinstance(source, ConeSource):
-                angle = np.radians(min(source.half_angle_deg, 89.0))
-                rim = _ring_mm(centre + way * reach * np.cos(angle), way, reach * np.sin(angle))
-                spokes = np.hstack([np.tile(centre, (4, 1)), rim[:: _RING // 4, :3]])
-                lines = np.vstack([lines, rim, spokes])
-            rim = _ring_mm(centre, way, radius_mm)
-            triangles = np.stack([np.tile(centre, (_RING, 1)), rim[:, :3], rim[:, 3:]], axis=1)
-            lines = np.vstack([lines, rim])
-        else:
-            triangles = _octahedron_mm(centre, radius_mm)
-    return Shape(name, "source", (red, green, blue), 1.0, triangles, lines)
+        return Shape(name, "source", (red, green, blue), 1.0, mesh.corners_mm[chosen], np.zeros((0, 6)))
+    centre, reach = np.array(source.position_mm), 0.10 * size_mm
+    way = _way_of(source)
+    lines = np.zeros((0, 6)) if way is None else np.array([[*centre, *(centre + way * reach)]])
+    if way is None or isinstance(source, LuminaireSource | RaysSource | CrossingsSource):
+        return Shape(name, "source", (red, green, blue), 1.0, _octahedron_mm(centre, 0.012 * size_mm), lines)
+    if isinstance(source, ConeSource):
+        angle = np.radians(min(source.half_angle_deg, 89.0))
+        rim = _ring_mm(centre + way * reach * np.cos(angle), way, reach * np.sin(angle))
+        spokes = np.hstack([np.tile(centre, (4, 1)), rim[:: _RING // 4, :3]])
+        lines = np.vstack([lines, rim, spokes])
+    rim = _ring_mm(centre, way, _radius_mm(source, 0.012 * size_mm))
+    triangles = np.stack([np.tile(centre, (_RING, 1)), rim[:, :3], rim[:, 3:]], axis=1)
+    return Shape(name, "source", (red, green, blue), 1.0, triangles, np.vstack([lines, rim]))
+
+
+def _way_of(source: Source) -> Float | None:
+    """Where a source shines, as a unit vector; None of one that shines all around."""
+    if isinstance(source, FacesSource | PointSource):
+        return None
+    aim = source.z_axis if isinstance(source, RaysSource | CrossingsSource) else source.direction
+    return np.array(aim) / np.linalg.norm(aim)
+
+
+def _radius_mm(source: Source, smallest_mm: float) -> float:
+    if isinstance(source, DiscSource | SunSource):
+        return source.radius_mm
+    return max(source.waist_radius_mm, smallest_mm) if isinstance(source, GaussianBeamSource) else smallest_mm
 
 
 def _ring_mm(centre: Float, way: Float, radius_mm: float) -> Float:

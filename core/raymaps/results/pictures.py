@@ -22,7 +22,7 @@ from raymaps.scene import Scene
 if TYPE_CHECKING:
     from raymaps.store import RayMap
 
-__all__ = ["draw_view", "view"]
+__all__ = ["draw_view", "render", "view"]
 
 Float = NDArray[np.float64]
 
@@ -75,15 +75,29 @@ def view(
 def draw_view(content: ModelView) -> Any:
     """A matplotlib figure: the model with its rays, a title, and a legend of bodies, sources and detectors."""
     try:
-        import pyvista
         from matplotlib.figure import Figure
+    except ImportError:
+        raise MissingPackageError("matplotlib", "pictures", "A picture of the model") from None
+    return _framed(Figure, content, render(content))
+
+
+def render(content: ModelView, toward: Float | None = None, long_side_px: int = _LONG_SIDE_PX) -> NDArray[np.uint8]:
+    """The model with its rays as an image, (height, width, 3) uint8; ``toward`` as of `fit_camera`.
+
+    Raises
+    ------
+    MissingPackageError
+        If pyvista is not installed.
+    """
+    try:
+        import pyvista
     except ImportError:
         raise MissingPackageError("pyvista", "pictures", "A picture of the model") from None
     prepare_offscreen()
-    camera = fit_camera(content)
+    camera = fit_camera(content, toward)
     aspect = float(np.clip(camera.width_mm / camera.height_mm, 0.62, 1.9))
     window = (
-        (_LONG_SIDE_PX, round(_LONG_SIDE_PX / aspect)) if aspect > 1 else (round(_LONG_SIDE_PX * aspect), _LONG_SIDE_PX)
+        (long_side_px, round(long_side_px / aspect)) if aspect > 1 else (round(long_side_px * aspect), long_side_px)
     )
 
     plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(window))
@@ -107,7 +121,7 @@ def draw_view(content: ModelView) -> Any:
     plotter.reset_camera_clipping_range()
     image = np.asarray(plotter.screenshot(return_img=True))
     plotter.close()
-    return _framed(Figure, content, image)
+    return image
 
 
 def _add_shape(plotter: Any, pyvista: Any, shape: Shape) -> None:

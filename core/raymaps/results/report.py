@@ -57,9 +57,11 @@ class RayEvent:
         Along the segment that starts here; None where the ray ends.
     position_mm : (x, y, z)
     rgb : (red, green, blue)
-        Light after the event relative to the ray's emission, where the three add up to 1.
+        Light after the event as it is drawn, adding up to what is left of the ray's emission.
     flux_left_w : float
         Light after the event in W; of a ray that leaves or is killed, what it takes with it.
+    flux_left_lm : float or None
+        The same in lm; None of an RGB simulation.
     incidence_deg : float or None
         Angle between the arriving ray and the normal of the triangle, 0 to 90; None off a surface.
     detectors : tuple of DetectorCrossing
@@ -75,6 +77,7 @@ class RayEvent:
     position_mm: tuple[float, float, float]
     rgb: tuple[float, float, float]
     flux_left_w: float
+    flux_left_lm: float | None
     incidence_deg: float | None
     detectors: tuple[DetectorCrossing, ...]
 
@@ -88,7 +91,8 @@ class RayEvent:
 class RayHistory:
     """A ray from emission to its end.
 
-    ``flux_w`` is what it was emitted with, ``ended`` is ``absorbed``, ``left`` or ``killed``.
+    ``flux_w`` is what it was emitted with, ``ended`` is ``absorbed``, ``left`` or ``killed``. ``wavelength_nm`` is the
+    one wavelength that it was narrowed to by dispersion, None if it was not.
     """
 
     ray: int
@@ -96,6 +100,7 @@ class RayHistory:
     flux_w: float
     ended: str
     events: tuple[RayEvent, ...]
+    wavelength_nm: float | None = None
 
 
 @dataclass(frozen=True)
@@ -108,11 +113,14 @@ class Report:
     found : QueryResult
         What was asked and how many rays match; ``found.ids`` are the rays that are told.
     rays : tuple of RayHistory
+    without : tuple of str
+        Effects that were switched off.
     """
 
     map_name: str
     found: QueryResult
     rays: tuple[RayHistory, ...]
+    without: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """As the command line and the server print it."""
@@ -123,6 +131,7 @@ class Report:
             "scanned": self.found.scanned,
             "flux_w": self.found.flux_w,
             "flux_stderr_w": self.found.flux_stderr_w,
+            "without": list(self.without),
             "rays": [asdict(ray) for ray in self.rays],
         }
 
@@ -172,7 +181,8 @@ def report(raymap: RayMap, where: Criterion | str | None = None, limit: int = 20
         raise CriterionError(f"The limit must be 0 or more rays, got {limit}.")
     found = query(raymap, where)  # all of them, for their number and flux
     found = replace(found, ids=found.ids[:limit])
-    return Report(Path(raymap.path).name, found, ray_histories(raymap, found.ids.tolist()))
+    histories = ray_histories(raymap, found.ids.tolist())
+    return Report(Path(raymap.path).name, found, histories, raymap.scene.settings.without)
 
 
 def ray_histories(raymap: RayMap, rays: Sequence[int]) -> tuple[RayHistory, ...]:
@@ -209,6 +219,9 @@ def _history(raymap: RayMap, portion: Portion, ray: int, crossings: range) -> Ra
     flux_w = float(raymap.ray_flux_w[source])
     positions_mm, light = portion.position_mm[rows].astype(np.float64), portion.shown_light[rows].astype(np.float64)
     power = portion.power[rows]
+    lumen_per_w = portion.lights.lumen_per_w
+    lumens = None if lumen_per_w is None else flux_w * lumen_per_w[portion.event_light[rows]]
+    wavelength_nm = float(portion.ray_wavelength_nm[ray])
     angles_rad = incidence_angles_rad(raymap, positions_mm, portion.triangle[rows])
     crossed = [_crossings(raymap, portion, crossings, row) for row in range(rows.start, rows.stop)]
     events = []
@@ -229,12 +242,14 @@ def _history(raymap: RayMap, portion: Portion, ray: int, crossings: range) -> Ra
                 position_mm=_three(positions_mm[i]),
                 rgb=_three(light[i]),
                 flux_left_w=flux_w * float(power[i]),
+                flux_left_lm=None if lumens is None else float(lumens[i]),
                 incidence_deg=_degrees(angles_rad[i]) if on_surface else None,
                 detectors=crossed[i],
             )
         )
     ended = next(word for word, kinds in ENDINGS.items() if EventKind(table.kind[steps[-1]]) in kinds)
-    return RayHistory(portion.first_ray + ray, names.sources[source], flux_w, ended, tuple(events))
+    narrowed_nm = wavelength_nm if wavelength_nm > 0 else None
+    return RayHistory(portion.first_ray + ray, names.sources[source], flux_w, ended, tuple(events), narrowed_nm)
 
 
 def _crossings(raymap: RayMap, portion: Portion, crossings: range, row: int) -> tuple[DetectorCrossing, ...]:

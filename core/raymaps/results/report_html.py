@@ -9,7 +9,7 @@ import numpy as np
 
 from raymaps.results.colours import hex_colour, light_colours
 from raymaps.results.report import RayEvent, RayHistory, Report
-from raymaps.results.report_text import format_crossing, summary_lines
+from raymaps.results.report_text import format_crossing, summary_lines, wavelength_words
 from raymaps.units import format_quantity
 
 __all__ = ["report_to_html"]
@@ -58,15 +58,21 @@ def report_to_html(report: Report) -> str:
 """
 
 
+#: Heading before the last one where lumens are known.
+_LUMENS = ("in lumens", "n")
+
+
 def _ray(ray: RayHistory) -> str:
-    columns = len(_HEADINGS)
+    shown = (*_HEADINGS[:-1], _LUMENS, _HEADINGS[-1]) if ray.events[0].flux_left_lm is not None else _HEADINGS
+    columns = len(shown)
+    narrowed = f"&nbsp; {wavelength_words(ray)} " if ray.wavelength_nm is not None else ""
     title = (
         f"<b>Ray {ray.ray}</b> &nbsp; from {escape(ray.source)} &nbsp; {format_quantity(ray.flux_w, 'W')} "
-        f"&nbsp; {len(ray.events)} events &nbsp; {escape(ray.ended)}"
+        f"{narrowed}&nbsp; {len(ray.events)} events &nbsp; {escape(ray.ended)}"
     )
     headings = "".join(
         f'<th class="{name}" align="{"right" if name else "left"}"><font color="{_PALE}">{text}</font></th>'
-        for text, name in _HEADINGS
+        for text, name in shown
     )
     rows = "\n".join(_event(ray, event, "#ffffff" if number % 2 else _BAND) for number, event in enumerate(ray.events))
     return f"""<br>
@@ -93,6 +99,7 @@ def _event(ray: RayHistory, event: RayEvent, background: str) -> str:
         (z, "n"),
         (angle, "n"),
         (format_quantity(event.flux_left_w, "W"), "n"),
+        *([(format_quantity(event.flux_left_lm, "lm"), "n")] if event.flux_left_lm is not None else []),
         (f"{100 * share:.1f} %", "n"),
     ]
     columns = "".join(

@@ -9,7 +9,7 @@ import io
 from raymaps.results.report import DetectorCrossing, RayEvent, RayHistory, Report
 from raymaps.units import format_flux, format_quantity
 
-__all__ = ["format_crossing", "report_to_csv", "report_to_text", "summary_lines"]
+__all__ = ["format_crossing", "report_to_csv", "report_to_text", "summary_lines", "wavelength_words"]
 
 
 def summary_lines(report: Report) -> list[tuple[str, str]]:
@@ -24,7 +24,14 @@ def summary_lines(report: Report) -> list[tuple[str, str]]:
     ]
     if found.flux_w is not None and found.flux_stderr_w is not None:
         lines.append(("flux", format_flux(found.flux_w, found.flux_stderr_w)))
+    if report.without:
+        lines.append(("without", f"{', '.join(report.without)} (switched off)"))
     return lines
+
+
+def wavelength_words(ray: RayHistory) -> str:
+    """The wavelength of a ray that was narrowed to one, for people; nothing of others."""
+    return "" if ray.wavelength_nm is None else f"{ray.wavelength_nm:.5g} nm"
 
 
 def format_crossing(crossing: DetectorCrossing) -> str:
@@ -37,7 +44,8 @@ def report_to_text(report: Report) -> str:
     """Plain text, a line an event."""
     lines = [f"{word:<10} {value}" for word, value in summary_lines(report)]
     for ray in report.rays:
-        lines += ["", f"Ray {ray.ray} of {ray.source}, {format_quantity(ray.flux_w, 'W')}, {ray.ended}"]
+        told = [f"Ray {ray.ray} of {ray.source}", format_quantity(ray.flux_w, "W"), wavelength_words(ray), ray.ended]
+        lines += ["", ", ".join(filter(None, told))]
         width = max(len(event.text) for event in ray.events)
         place_width = max(len(_where(event)) for event in ray.events)
         for event in ray.events:
@@ -45,10 +53,15 @@ def report_to_text(report: Report) -> str:
             angle = f"{event.incidence_deg:6.1f}°" if event.incidence_deg is not None else " " * 7
             lines.append(
                 f"  {event.text:<{width}}  {_where(event):<{place_width}} {position} mm {angle}"
-                f"  {format_quantity(event.flux_left_w, 'W'):>10}{'  in ' + event.medium if event.medium else ''}"
+                f"  {format_quantity(event.flux_left_w, 'W'):>10}{_lumens(event)}"
+                f"{'  in ' + event.medium if event.medium else ''}"
             )
             lines += [f"    through {format_crossing(crossing)}" for crossing in event.detectors]
     return "\n".join(lines) + "\n"
+
+
+def _lumens(event: RayEvent) -> str:
+    return "" if event.flux_left_lm is None else f" {format_quantity(event.flux_left_lm, 'lm'):>11}"
 
 
 def _where(event: RayEvent) -> str:
@@ -59,6 +72,8 @@ _COLUMNS = (
     "ray", "source", "event", "kind", "text", "body", "face", "surface", "medium", "x_mm", "y_mm", "z_mm",
     "incidence_deg", "red_w", "green_w", "blue_w", "flux_left_w", "detectors",
 )  # fmt: skip
+#: Columns of a spectral simulation besides.
+_SPECTRAL_COLUMNS = ("flux_left_lm", "wavelength_nm")
 
 
 def report_to_csv(report: Report) -> str:
@@ -67,10 +82,12 @@ def report_to_csv(report: Report) -> str:
     for word, value in summary_lines(report):
         text.write(f"# {word}: {value}\r\n")
     table = csv.writer(text)
-    table.writerow(_COLUMNS)
+    spectral = any(event.flux_left_lm is not None for ray in report.rays for event in ray.events)
+    table.writerow((*_COLUMNS, *(_SPECTRAL_COLUMNS if spectral else ())))
     for ray in report.rays:
         for number, event in enumerate(ray.events):
-            table.writerow(_csv_row(ray, number, event))
+            more = [event.flux_left_lm, ray.wavelength_nm] if spectral else []
+            table.writerow([*_csv_row(ray, number, event), *more])
     return text.getvalue()
 
 

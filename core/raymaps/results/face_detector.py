@@ -1,0 +1,279 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""A detector on faces, evaluated from the stored events: light that arrived there, or that was absorbed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raymaps.errors import CriterionError
+from raymaps.kinds import KILL_REASONS, OFF_SURFACE, EventKind
+from raymaps.results.cells import Samples, light_on_the_way, rows_that_match, sum_samples
+from raymaps.results.detector import MM2_PER_M2, cell_rgb_w, with_lumens, without_rows
+from raymaps.results.edges import feature_edges_mm
+from raymaps.results.face_cells import CELLS, FaceCells, divided
+from raymaps.results.figures import Asked, Spectrum, Statistic, named, photometric, radiometric, spectrum_of
+from raymaps.results.incidence import triangle_normals
+from raymaps.scene import FaceDetector
+
+if TYPE_CHECKING:
+    from raymaps.store import Portion, RayMap
+
+__all__ = ["FaceMap", "evaluate_faces"]
+
+Float = NDArray[np.float64]
+
+_NO_HIT = (*OFF_SURFACE, EventKind.EMISSION, EventKind.CROSSING)
+_WORDS = {"incident": "light that arrives", "absorbed": "light that is absorbed"}
+
+
+@dataclass(frozen=True)
+class FaceMap:
+    """Light on faces of a body.
+
+    Attributes
+    ----------
+    detector, body : str
+    faces : tuple of str
+    measure : str
+        ``incident``: all light that arrives, from either side; ``absorbed``: what of it stays.
+    max_angle_deg : float
+        Largest angle of incidence that counts.
+    source, criterion : str or None
+        Which rays count.
+    area_mm2 : float
+        Of the faces.
+    rays, crossings : int
+        Rays that hit the faces, and how often.
+    flux_w : Statistic
+    mean_w_per_mm2, min_w_per_mm2, max_w_per_mm2 : Statistic
+        Flux over the area, of all faces and of their darkest and brightest patch. Patches are pieces of a face of about
+        the same area, `n_patches` of them; smaller ones, of faces that are small themselves, set no extreme.
+    uniformity : Statistic or None
+        Minimum over mean; None where no light arrived.
+    n_patches : int
+        Number of patches among which the extremes were sought.
+    cells : FaceCells
+        Where the cells lie.
+    cell_face : (n_cells,) tuple of str
+        Face that each cell belongs to.
+    edges_mm : (n, 6) float64
+        Edges of the body, for pictures.
+    cell_flux_w, cell_stderr_w : (n_cells,) float64
+    cell_flux_rgb_w : (n_cells, 3) float64
+    flux_lm, mean_lx, min_lx, max_lx : Statistic or None
+        As of the radiant ones; None of an RGB simulation.
+    cell_flux_lm, cell_stderr_lm : (n_cells,) float64 or None
+    spectrum : Spectrum or None
+    without : tuple of str
+        Effects that were switched off.
+    """
+
+    detector: str
+    body: str
+    faces: tuple[str, ...]
+    measure: str
+    max_angle_deg: float
+    source: str | None
+    criterion: str | None
+    area_mm2: float
+    rays: int
+    crossings: int
+    flux_w: Statistic
+    mean_w_per_mm2: Statistic
+    min_w_per_mm2: Statistic
+    max_w_per_mm2: Statistic
+    uniformity: Statistic | None
+    n_patches: int
+    cells: FaceCells = field(repr=False)
+    cell_face: tuple[str, ...] = field(repr=False)
+    edges_mm: Float = field(repr=False)
+    cell_flux_w: Float = field(repr=False)
+    cell_stderr_w: Float = field(repr=False)
+    cell_flux_rgb_w: Float = field(repr=False)
+    flux_lm: Statistic | None = None
+    mean_lx: Statistic | None = None
+    min_lx: Statistic | None = None
+    max_lx: Statistic | None = None
+    cell_flux_lm: Float | None = field(default=None, repr=False)
+    cell_stderr_lm: Float | None = field(default=None, repr=False)
+    spectrum: Spectrum | None = field(default=None, repr=False)
+    without: tuple[str, ...] = ()
+
+    @property
+    def irradiance_w_per_mm2(self) -> Float:
+        """Irradiance of each cell, (n_cells,); NaN where it has no area."""
+        area = self.cells.area_mm2
+        return np.divide(self.cell_flux_w, area, np.full_like(area, np.nan), where=area > 0)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The figures, as the command line and the server print them; arrays are left to `write`."""
+        data: dict[str, Any] = {
+            "detector": self.detector,
+            "kind": "face",
+            "body": self.body,
+            "faces": list(self.faces),
+            "measure": self.measure,
+            "cells": len(self.cell_flux_w),
+            "patches": self.n_patches,
+            "max_angle_deg": self.max_angle_deg,
+            "source": self.source,
+            "criterion": self.criterion,
+            "area_mm2": self.area_mm2,
+            "rays": self.rays,
+            "crossings": self.crossings,
+            **named(self.flux_w, "flux", "w"),
+        }
+        for name in ("mean", "min", "max"):
+            data |= named(getattr(self, f"{name}_w_per_mm2"), name, "w_per_mm2")
+        data["uniformity"] = self.uniformity.value if self.uniformity else None
+        data["uniformity_stderr"] = self.uniformity.stderr if self.uniformity else None
+        if self.flux_lm is not None:
+            data |= named(self.flux_lm, "flux", "lm")
+            for name in ("mean", "min", "max"):
+                data |= named(getattr(self, f"{name}_lx"), name, "lx")
+        if self.spectrum is not None:
+            data["spectrum"] = self.spectrum.to_dict()
+        if self.without:
+            data["without"] = list(self.without)
+        return data
+
+    def conditions(self) -> list[str]:
+        """What was asked, in words."""
+        told = [_WORDS[self.measure]]
+        told += [f"up to {self.max_angle_deg:g}°"] if self.max_angle_deg < 90 else []
+        told += [f"from {self.source}"] if self.source is not None else []
+        return told + ([f"where {self.criterion}"] if self.criterion is not None else [])
+
+    def to_text(self) -> str:
+        """The figures for people, a line each."""
+        faces = f"{len(self.faces)} faces" if len(self.faces) > 3 else ", ".join(self.faces)
+        rows = [
+            ("region", f"{faces} of {self.body}, {self.area_mm2:.6g} mm² in {len(self.cell_flux_w)} cells"),
+            ("flux", with_lumens(self.flux_w, "W", "", self.flux_lm, "lm")),
+            ("hits", f"{self.crossings} by {self.rays} rays"),
+        ]
+        for name in ("mean", "min", "max"):
+            figure: Statistic = getattr(self, f"{name}_w_per_mm2")
+            rows.append((name, with_lumens(figure, "W", " per mm²", getattr(self, f"{name}_lx"), "lx")))
+        if self.uniformity:
+            rows.append(("uniformity", f"{self.uniformity.value:.4g} ± {self.uniformity.stderr:.2g} (min / mean)"))
+        rows.append(("extremes", f"of {self.n_patches} patches"))
+        rows += without_rows(self.without)
+        title = f"{self.detector}, {', '.join(self.conditions())}"
+        return "\n".join([title, *(f"  {name:<12}{text}" for name, text in rows)])
+
+    def write(self, path: str | Path) -> Path:
+        """Write a picture (``.png``), a table (``.csv``) or arrays (``.npz``); see `raymaps.results.detector_files`."""
+        from raymaps.results.detector_files import write_face_map
+
+        return write_face_map(self, path)
+
+
+def evaluate_faces(
+    raymap: RayMap,
+    name: str,
+    detector: FaceDetector,
+    asked: Asked,
+    resolution: tuple[int, int] | None = None,
+    max_angle_deg: float | None = None,
+) -> FaceMap:
+    """What arrived on the faces of a detector, or was absorbed there.
+
+    Parameters
+    ----------
+    resolution : (n, m), optional
+        The faces are divided into about n m cells.
+    max_angle_deg : float, optional
+        Only light up to this angle of incidence.
+    """
+    body = raymap.names.bodies.index(detector.body)
+    mesh = raymap.meshes[body]
+    faces = mesh.face_indices(detector.faces, f"Detector '{name}'")
+    cells = divided(mesh, faces, CELLS if resolution is None else resolution[0] * resolution[1])
+    if not cells.patch_area_mm2.sum() > 0:
+        raise CriterionError(f"Detector '{name}': its faces have no area.")
+    first_face = next(i for i, (owner, _) in enumerate(raymap.names.faces) if owner == body)
+    first_triangle = sum(len(other.triangles) for other in raymap.meshes[:body])
+    wanted = np.zeros(len(raymap.names.faces) + 1, bool)
+    wanted[first_face + np.asarray(faces)] = True
+    hit = np.ones(256, bool)
+    hit[list(_NO_HIT)] = False
+    absorbed = detector.measure == "absorbed"
+    if absorbed:
+        hit[list(KILL_REASONS)] = False
+
+    def samples_of(portion: Portion) -> Samples | None:
+        table = portion.signatures
+        rows = np.flatnonzero((hit[table.kind] & wanted[table.face])[portion.event_step])
+        ray = np.searchsorted(portion.event_offsets, rows, side="right") - 1
+        rows = rows_that_match(portion, asked.bound, rows, ray)
+        if max_angle_deg is not None and len(rows):
+            rows = rows[_within(raymap, portion, rows, math.radians(max_angle_deg))]
+        if not len(rows):
+            return None
+        ray = np.searchsorted(portion.event_offsets, rows, side="right") - 1
+        place_mm = portion.position_mm[rows].astype(np.float64)
+        lights, light_row = light_on_the_way(raymap, portion, rows - 1, lambda some: place_mm[some])
+        less = portion.event_light[rows].astype(np.int64) if absorbed else np.zeros(0, np.int64)
+        cell = cells.cell_of(mesh, portion.triangle[rows] - first_triangle, place_mm)
+        return Samples(ray, lights, light_row, less, (cell, cells.patch[cell]))
+
+    n_patches = len(cells.patch_area_mm2)
+    sums = sum_samples(raymap, samples_of, (len(cells.area_mm2), n_patches))
+    counting = cells.is_whole
+    watts = radiometric(raymap, asked, sums, 1, cells.patch_area_mm2, counting)
+    lumens = photometric(raymap, asked, sums, 1, cells.patch_area_mm2, counting)
+    sized = cells.area_mm2 > 0
+    cell_watts = radiometric(raymap, asked, sums, 0, cells.area_mm2, sized)
+    cell_lumens = photometric(raymap, asked, sums, 0, cells.area_mm2, sized)
+    seen = {} if lumens is None or cell_lumens is None else {
+        "flux_lm": lumens.flux,
+        "mean_lx": lumens.mean.scaled(MM2_PER_M2),
+        "min_lx": lumens.least.scaled(MM2_PER_M2),
+        "max_lx": lumens.most.scaled(MM2_PER_M2),
+        "cell_flux_lm": cell_lumens.cells,
+        "cell_stderr_lm": cell_lumens.cells_stderr,
+    }  # fmt: skip
+    return FaceMap(
+        detector=name,
+        body=detector.body,
+        faces=tuple(mesh.face_names[i] for i in faces),
+        measure=detector.measure,
+        max_angle_deg=90.0 if max_angle_deg is None else float(max_angle_deg),
+        source=asked.source,
+        criterion=asked.criterion,
+        area_mm2=float(cells.area_mm2.sum()),
+        rays=sums.n_rays,
+        crossings=sums.n_samples,
+        flux_w=watts.flux,
+        mean_w_per_mm2=watts.mean,
+        min_w_per_mm2=watts.least,
+        max_w_per_mm2=watts.most,
+        uniformity=watts.uniformity,
+        n_patches=int(counting.sum()),
+        cells=cells,
+        cell_face=tuple(mesh.face_names[i] for i in mesh.triangle_face[cells.triangle]),
+        edges_mm=feature_edges_mm(mesh),
+        cell_flux_w=cell_watts.cells,
+        cell_stderr_w=cell_watts.cells_stderr,
+        cell_flux_rgb_w=cell_rgb_w(raymap, sums, 0),
+        spectrum=spectrum_of(raymap, asked, sums),
+        without=raymap.scene.settings.without,
+        **seen,
+    )
+
+
+def _within(raymap: RayMap, portion: Portion, rows: NDArray[np.int64], largest_rad: float) -> NDArray[np.bool_]:
+    """Which events took place up to an angle of incidence; those at the very limit, as far as places tell, did."""
+    way = portion.position_mm[rows].astype(np.float64) - portion.position_mm[rows - 1]
+    normals = triangle_normals(raymap, portion.triangle[rows])
+    cosine = np.abs(np.einsum("ij,ij->i", way, normals))
+    angle_rad = np.arctan2(np.linalg.norm(np.cross(way, normals), axis=1), cosine)
+    length = np.maximum(np.linalg.norm(way, axis=1), 1e-300)
+    return np.asarray(angle_rad <= largest_rad + np.minimum(2 * raymap.manifest.grid_mm / length, 0.01))

@@ -1,0 +1,332 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""The far field, evaluated from the stored events: radiant intensity of the light that left the scene.
+
+Directions are sorted as on a goniometer of type C (CIE 121): half planes C at equal steps from 0, and in each the angles
+gamma from 0 to 180 degrees. An intensity is the flux in a cell around its direction over the cell's solid angle
+
+    dC (cos(gamma - d/2) - cos(gamma + d/2)),
+
+and around the axis, where all half planes meet, in one cap of half a step. So the intensities times their solid angles add
+up to the flux that left.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raymaps.kinds import EventKind
+from raymaps.results.beam import beam_angle_deg
+from raymaps.results.cells import Samples, rows_that_match, sum_samples
+from raymaps.results.detector import with_lumens, without_rows
+from raymaps.results.figures import Asked, Figures, Spectrum, Statistic, named, photometric, radiometric, spectrum_of
+from raymaps.scene import FarFieldDetector
+
+if TYPE_CHECKING:
+    from raymaps.store import Portion, RayMap
+
+__all__ = ["BEAM_LEVELS", "FarFieldMap", "evaluate_far_field"]
+
+Float = NDArray[np.float64]
+
+#: Shares of the largest intensity at which widths of the beam are told.
+BEAM_LEVELS = (0.5, 0.1)
+#: Root mean square of the angle between a segment and what is stored of it, in steps of the grid over its length: each end
+#: is rounded evenly within half a step along two axes across.
+_ROUNDING = math.sqrt(2 * 2 / 12)
+
+
+@dataclass(frozen=True)
+class FarFieldMap:
+    """Light that left the scene, by direction.
+
+    Attributes
+    ----------
+    detector : str
+    axes : (3 axes, 3) float64
+        Unit vectors of C = 0 and C = 90 at gamma = 90 degrees, and of gamma = 0.
+    resolution : (n_c, n_gamma)
+        Half planes, and steps in gamma from 0 to 180 degrees.
+    max_angle_deg : float
+        Largest gamma that counts.
+    source, criterion : str or None
+        Which rays count.
+    rays, crossings : int
+        Rays that left; each does once.
+    flux_w : Statistic
+    mean_w_per_sr, min_w_per_sr, max_w_per_sr : Statistic
+        Radiant intensity over all directions up to the largest gamma, and in the extreme cells.
+    beam_deg : dict of (level, plane) to float or None
+        Full width of the beam where the intensity is 50 and 10 % of the largest, in the planes C 0 - 180 and C 90 - 270.
+    direction_error_deg : float
+        Root mean square of the error of directions, which follow from stored places.
+    rays_without_direction : int
+        Rays that left where they were; they count to the flux, but in no direction.
+    emitted_w : float
+        Flux of the sources that count.
+    solid_angle_sr, flux_of_cell_w, stderr_of_cell_w : (n_c, n_gamma + 1) float64
+        Of the cells around the directions ``c_deg``, ``gamma_deg``; of the caps around the axis each half plane has the
+        same part.
+    intensity_w_per_sr, intensity_stderr_w_per_sr : (n_c, n_gamma + 1) float64
+    flux_lm, mean_cd, min_cd, max_cd : Statistic or None
+        Luminous flux and intensity; None of an RGB simulation.
+    intensity_cd, intensity_stderr_cd : (n_c, n_gamma + 1) float64 or None
+    spectrum : Spectrum or None
+    without : tuple of str
+        Effects that were switched off.
+    """
+
+    detector: str
+    axes: Float = field(repr=False)
+    resolution: tuple[int, int]
+    max_angle_deg: float
+    source: str | None
+    criterion: str | None
+    rays: int
+    crossings: int
+    flux_w: Statistic
+    mean_w_per_sr: Statistic
+    min_w_per_sr: Statistic
+    max_w_per_sr: Statistic
+    beam_deg: dict[tuple[float, str], float | None]
+    direction_error_deg: float
+    rays_without_direction: int
+    emitted_w: float
+    solid_angle_sr: Float = field(repr=False)
+    flux_of_cell_w: Float = field(repr=False)
+    stderr_of_cell_w: Float = field(repr=False)
+    intensity_w_per_sr: Float = field(repr=False)
+    intensity_stderr_w_per_sr: Float = field(repr=False)
+    flux_lm: Statistic | None = None
+    mean_cd: Statistic | None = None
+    min_cd: Statistic | None = None
+    max_cd: Statistic | None = None
+    intensity_cd: Float | None = field(default=None, repr=False)
+    intensity_stderr_cd: Float | None = field(default=None, repr=False)
+    spectrum: Spectrum | None = field(default=None, repr=False)
+    without: tuple[str, ...] = ()
+
+    @property
+    def c_deg(self) -> Float:
+        """Angles C of the half planes, (n_c,)."""
+        return np.arange(self.resolution[0]) * (360.0 / self.resolution[0])
+
+    @property
+    def gamma_deg(self) -> Float:
+        """Angles gamma, (n_gamma + 1,), from 0 to 180."""
+        return np.arange(self.resolution[1] + 1) * (180.0 / self.resolution[1])
+
+    def to_dict(self) -> dict[str, Any]:
+        """The figures, as the command line and the server print them; arrays are left to `write`."""
+        data: dict[str, Any] = {
+            "detector": self.detector,
+            "kind": "far_field",
+            "axis": self.axes[2].tolist(),
+            "x_axis": self.axes[0].tolist(),
+            "resolution": list(self.resolution),
+            "max_angle_deg": self.max_angle_deg,
+            "source": self.source,
+            "criterion": self.criterion,
+            "rays": self.rays,
+            "crossings": self.crossings,
+            **named(self.flux_w, "flux", "w"),
+        }
+        for name in ("mean", "min", "max"):
+            data |= named(getattr(self, f"{name}_w_per_sr"), name, "w_per_sr")
+        for (level, plane), width in self.beam_deg.items():
+            data[f"beam_{level * 100:.0f}_{plane}_deg"] = width
+        data["direction_error_deg"] = self.direction_error_deg
+        data["rays_without_direction"] = self.rays_without_direction
+        # light that left has no area
+        data |= dict.fromkeys(("mean_w_per_mm2", "min_w_per_mm2", "max_w_per_mm2", "uniformity"))
+        if self.flux_lm is not None:
+            data |= named(self.flux_lm, "flux", "lm")
+            for name in ("mean", "min", "max"):
+                data |= named(getattr(self, f"{name}_cd"), name, "cd")
+        if self.spectrum is not None:
+            data["spectrum"] = self.spectrum.to_dict()
+        if self.without:
+            data["without"] = list(self.without)
+        return data
+
+    def conditions(self) -> list[str]:
+        """What was asked, in words."""
+        told = [f"gamma up to {self.max_angle_deg:g}°"] if self.max_angle_deg < 180 else []
+        told += [f"from {self.source}"] if self.source is not None else []
+        return told + ([f"where {self.criterion}"] if self.criterion is not None else [])
+
+    def to_text(self) -> str:
+        """The figures for people, a line each."""
+        n_c, n_gamma = self.resolution
+        axis = ", ".join(f"{x + 0.0:.4g}" for x in self.axes[2])
+        rows = [
+            ("directions", f"{n_c} half planes C, gamma in steps of {180 / n_gamma:.4g}° from the axis ({axis})"),
+            ("flux", with_lumens(self.flux_w, "W", "", self.flux_lm, "lm")),
+            ("rays", f"{self.rays}"),
+        ]
+        for name in ("mean", "min", "max"):
+            figure: Statistic = getattr(self, f"{name}_w_per_sr")
+            rows.append((name, with_lumens(figure, "W/sr", "", getattr(self, f"{name}_cd"), "cd")))
+        for level in BEAM_LEVELS:
+            widths = ((words, self.beam_deg[level, plane]) for plane, words in _PLANES.items())
+            told = ", ".join(f"{f'{width:.4g}°' if width is not None else 'none'} in {words}" for words, width in widths)
+            rows.append((f"beam {level * 100:.0f} %", told))
+        rows.append(("precision", f"{self.direction_error_deg:.2g}° of directions"))
+        if self.rays_without_direction:
+            rows.append(("undirected", f"{self.rays_without_direction} rays left where they were, in no direction told"))
+        rows += without_rows(self.without)
+        title = ", ".join([f"{self.detector}, light that left the scene", *self.conditions()])
+        return "\n".join([title, *(f"  {name:<12}{text}" for name, text in rows)])
+
+    def write(self, path: str | Path) -> Path:
+        """Write a picture (``.png``), a table (``.csv``), arrays (``.npz``), IES LM-63 (``.ies``) or EULUMDAT (``.ldt``)."""
+        from raymaps.results.detector_files import write_far_field
+
+        return write_far_field(self, path)
+
+
+#: Planes in which widths are told: their first half plane, and in words.
+_PLANES = {"c0": "C 0 - 180", "c90": "C 90 - 270"}
+
+
+def evaluate_far_field(
+    raymap: RayMap,
+    name: str,
+    detector: FarFieldDetector,
+    asked: Asked,
+    resolution: tuple[int, int] | None = None,
+    max_angle_deg: float | None = None,
+) -> FarFieldMap:
+    """Intensity of what left a scene.
+
+    Parameters
+    ----------
+    resolution : (n_c, n_gamma), optional
+        In place of the detector's own.
+    max_angle_deg : float, optional
+        Only directions up to this angle gamma to the axis.
+    """
+    n_c, n_gamma = resolution = resolution or detector.resolution
+    largest_rad = math.pi if max_angle_deg is None else math.radians(max_angle_deg)
+    axes = detector.axes
+    left = EventKind.LEFT
+    doubts: list[tuple[float, float, int]] = []  # of each portion: light, its squared errors, rays without direction
+
+    def samples_of(portion: Portion) -> Samples | None:
+        ray = np.flatnonzero((portion.signatures.kind[portion.signatures.offsets[1:] - 1] == left)[portion.ray_signature])
+        return _samples_of_rays(portion, ray)
+
+    def _samples_of_rays(portion: Portion, ray: NDArray[np.int64]) -> Samples | None:
+        ray = rows_that_match(portion, asked.bound, ray, ray)
+        row = portion.event_offsets[ray + 1] - 1
+        way = portion.position_mm[row].astype(np.float64) - portion.position_mm[row - 1]
+        length = np.linalg.norm(way, axis=1)
+        x, y, z = (way @ axes.T).T
+        gamma = np.arctan2(np.hypot(x, y), z)
+        if max_angle_deg is not None:
+            slack = np.minimum(2 * raymap.manifest.grid_mm / np.maximum(length, 1e-300), 0.01)
+            inside = gamma <= largest_rad + slack
+            ray, row, length, x, y, gamma = (a[inside] for a in (ray, row, length, x, y, gamma))
+        if not len(ray):
+            return None
+        power = portion.power[row]
+        error = _ROUNDING * raymap.manifest.grid_mm / np.where(length > 0, length, np.inf)
+        doubts.append((float(power.sum()), float((power * error**2).sum()), int((length == 0).sum())))
+        cell = _cells(gamma, np.arctan2(y, x), n_c, n_gamma, largest_rad)
+        cell[length == 0] = -1
+        return Samples(ray, portion.lights, portion.event_light[row].astype(np.int64), np.zeros(0, np.int64), (cell,))
+
+    measure = _solid_angles_sr(n_c, n_gamma, largest_rad)
+    sums = sum_samples(raymap, samples_of, (len(measure),))
+    watts = radiometric(raymap, asked, sums, 0, measure, measure > 0)
+    lumens = photometric(raymap, asked, sums, 0, measure, measure > 0)
+    light, squares, undirected = (sum(column) for column in zip(*doubts, strict=True)) if doubts else (0.0, 0.0, 0)
+    solid_angle_sr = _on_grid(measure, n_c, n_gamma, shared=True)
+    intensity, intensity_stderr = _intensities(watts, measure, n_c, n_gamma)
+    seen: dict[str, Any] = {}
+    if lumens is not None:
+        candela, candela_stderr = _intensities(lumens, measure, n_c, n_gamma)
+        seen = {
+            "flux_lm": lumens.flux, "mean_cd": lumens.mean, "min_cd": lumens.least, "max_cd": lumens.most,
+            "intensity_cd": candela, "intensity_stderr_cd": candela_stderr,
+        }  # fmt: skip
+    return FarFieldMap(
+        detector=name,
+        axes=axes,
+        resolution=resolution,
+        max_angle_deg=180.0 if max_angle_deg is None else float(max_angle_deg),
+        source=asked.source,
+        criterion=asked.criterion,
+        rays=sums.n_rays,
+        crossings=sums.n_samples,
+        flux_w=watts.flux,
+        mean_w_per_sr=watts.mean,
+        min_w_per_sr=watts.least,
+        max_w_per_sr=watts.most,
+        beam_deg={
+            (level, plane): beam_angle_deg(np.nan_to_num(intensity), level, c_deg)
+            for level in BEAM_LEVELS
+            for plane, c_deg in (("c0", 0.0), ("c90", 90.0))
+        },
+        direction_error_deg=math.degrees(math.sqrt(squares / light)) if light > 0 else 0.0,
+        rays_without_direction=int(undirected),
+        emitted_w=float(
+            sum(s.flux_w for key, s in raymap.scene.sources.items() if asked.source is None or key == asked.source)
+        ),
+        solid_angle_sr=solid_angle_sr,
+        flux_of_cell_w=_on_grid(watts.cells, n_c, n_gamma, shared=True),
+        stderr_of_cell_w=_on_grid(watts.cells_stderr, n_c, n_gamma, shared=True),
+        intensity_w_per_sr=intensity,
+        intensity_stderr_w_per_sr=intensity_stderr,
+        spectrum=spectrum_of(raymap, asked, sums),
+        without=raymap.scene.settings.without,
+        **seen,
+    )
+
+
+# Cells are counted: the cap around gamma = 0, then step by step in gamma all half planes, then the cap around 180 degrees.
+
+
+def _cells(gamma: Float, c: Float, n_c: int, n_gamma: int, largest_rad: float) -> NDArray[np.int64]:
+    """Cell of directions, (n,); gamma in radians from 0 to pi, C in radians."""
+    step = np.floor(np.minimum(gamma, largest_rad) * (n_gamma / math.pi) + 0.5).astype(np.int64)
+    step = np.minimum(step, math.ceil(largest_rad * n_gamma / math.pi - 0.5 - 1e-9))  # the limit belongs to the cell below it
+    half_plane = np.floor(c * (n_c / (2 * math.pi)) + 0.5).astype(np.int64) % n_c
+    inner = 1 + (step - 1) * n_c + half_plane
+    return np.where(step <= 0, 0, np.where(step >= n_gamma, 1 + (n_gamma - 1) * n_c, inner))
+
+
+def _solid_angles_sr(n_c: int, n_gamma: int, largest_rad: float) -> Float:
+    """Solid angle of each cell, or of its part up to the largest gamma, (n_cells,)."""
+    edges = np.clip((np.arange(n_gamma + 2) - 0.5) * (math.pi / n_gamma), 0.0, largest_rad)
+    # cos(a) - cos(b) = 2 sin((a + b) / 2) sin((b - a) / 2), exact also for narrow rings
+    low, high = edges[:-1], edges[1:].copy()
+    high[-1] = min(math.pi, largest_rad)
+    high[high - low < 1e-9 * math.pi / n_gamma] = low[high - low < 1e-9 * math.pi / n_gamma]
+    ring = 2 * np.sin((low + high) / 2) * np.sin((high - low) / 2) * 2 * math.pi
+    return np.concatenate([ring[:1], np.repeat(ring[1:-1] / n_c, n_c), ring[-1:]])
+
+
+def _on_grid(values: Float, n_c: int, n_gamma: int, *, shared: bool) -> Float:
+    """Values of cells by half plane and gamma, (n_c, n_gamma + 1); those of the caps for all half planes, or shared."""
+    caps = values[[0, -1]] / (n_c if shared else 1)
+    grid = np.empty((n_c, n_gamma + 1))
+    grid[:, 0], grid[:, -1] = caps
+    grid[:, 1:-1] = values[1:-1].reshape(n_gamma - 1, n_c).T
+    grid.setflags(write=False)
+    return grid
+
+
+def _intensities(figures: Figures, measure: Float, n_c: int, n_gamma: int) -> tuple[Float, Float]:
+    """Intensity in each direction and its error; NaN where no direction counts."""
+    over = [
+        np.divide(values, measure, np.full_like(values, np.nan), where=measure > 0)
+        for values in (figures.cells, figures.cells_stderr)
+    ]
+    intensity, stderr = (_on_grid(values, n_c, n_gamma, shared=False) for values in over)
+    return intensity, stderr
