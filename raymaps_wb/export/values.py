@@ -52,8 +52,7 @@ def outside(obj):
 
 def table_of(obj, name, where, reader, *arguments):
     """The table in a file that a property names; raises `ExportError`."""
-    prop = next(prop for prop in obj.Proxy.PROPERTIES if prop.name == name)
-    path = existing_file(obj.Document, getattr(obj, name), where, prop.label or words(name))
+    path = existing_file(obj.Document, getattr(obj, name), where, words(name).lower())
     return read(where, reader, path, *arguments)
 
 

@@ -85,7 +85,7 @@ def export_study(study, folder, stem=None, progress=None):
 
 
 def write_without_geometry(study, folder):
-    """Write a study's scene without its triangles: enough to tell which effects it calls for.
+    """Write a study's scene without its triangles, all effects on: enough to tell which effects it calls for.
 
     Returns
     -------
@@ -100,6 +100,7 @@ def write_without_geometry(study, folder):
     scene = description.scene
     for name in description.places:
         scene["bodies"][name]["geometry"] = {"file": "left_out.ply"}
+    scene["settings"].pop("without", None)
     path = os.path.join(folder, "study.scene.json")
     try:
         description.files.copy(folder, "study")

@@ -16,14 +16,19 @@ def watts(flux_w, digits=4):
 
 def watts_with_error(flux_w, stderr_w):
     """A flux with its standard error, rounded alike: ``'290.5 ± 2.8 mW'``."""
-    is_known = stderr_w > 0 and math.isfinite(stderr_w)
-    largest = max(abs(flux_w), abs(stderr_w)) if is_known else abs(flux_w)
+    return with_error(flux_w, stderr_w, "W")
+
+
+def with_error(value, stderr, unit):
+    """A quantity with its standard error, rounded alike, and an SI prefix before its unit."""
+    is_known = stderr > 0 and math.isfinite(stderr)
+    largest = max(abs(value), abs(stderr)) if is_known else abs(value)
     factor, prefix = _prefix(largest) if largest > 0 else (1.0, "")
-    flux, stderr = flux_w / factor, stderr_w / factor
+    value, stderr = value / factor, stderr / factor
     if not is_known:
-        return f"{flux:.6g} \u00b1 {stderr:g} {prefix}W"
+        return f"{value:.6g} \u00b1 {stderr:g} {prefix}{unit}"
     decimals = max(0, 1 - math.floor(math.log10(stderr)))
-    return f"{flux:.{decimals}f} \u00b1 {stderr:.{decimals}f} {prefix}W"
+    return f"{value:.{decimals}f} \u00b1 {stderr:.{decimals}f} {prefix}{unit}"
 
 
 def _prefix(value):

@@ -13,6 +13,7 @@ from raymaps_wb.export.writer import export_study, file_stem
 from raymaps_wb.gui.active import Transaction, is_own_step_open
 from raymaps_wb.gui.staleness import update_stale
 from raymaps_wb.objects.result import make_result, map_folder, result_of, set_map_folder
+from raymaps_wb.tracer.explain import Explanation
 from raymaps_wb.tracer.interpreter import find_interpreter
 from raymaps_wb.tracer.server import MapServer
 from raymaps_wb.tracer.trace import DONE, FAILED, TraceRun
@@ -29,7 +30,8 @@ class StudySession(QtCore.QObject):
     Signals: ``warned(list of str)`` before a run, with what will most likely spoil its figures; ``run_started()``;
     ``progressed(rays, of, remaining_s)``; ``noted(str)``; ``run_ended(Outcome)``; ``asked()``; ``counted(dict)`` with
     the answer to query; ``drawn(dict)`` with that to overlay; ``reported(dict)`` with that to report; ``refused(str)``
-    when a question failed, with one sentence.
+    when a question failed, with one sentence; ``explained(list of Effect)`` with what a run simulates, or a map held;
+    ``measured(dict, path)`` with the answer to detector and the table of it; ``unmeasured(str)`` when that failed.
     """
 
     run_started = QtCore.Signal()
@@ -42,13 +44,17 @@ class StudySession(QtCore.QObject):
     drawn = QtCore.Signal(object)
     reported = QtCore.Signal(object)
     refused = QtCore.Signal(str)
+    explained = QtCore.Signal(object)
+    measured = QtCore.Signal(object, object)
+    unmeasured = QtCore.Signal(str)
 
     def __init__(self, study, parent=None):
         super().__init__(parent)
         self._document, self._study = study.Document.Name, study.Name
         self._run: TraceRun | None = None
         self._server: MapServer | None = None
-        self._fingerprint, self._question = "", 0
+        self._explanation: Explanation | None = None
+        self._fingerprint, self._question, self._measuring = "", 0, 0
         #: The map whose rays and figures are shown; empty before the first question, GONE while its result is undone.
         self.shown_map = ""
         self._scratch = tempfile.TemporaryDirectory(prefix="raymaps-")
@@ -99,6 +105,7 @@ class StudySession(QtCore.QObject):
         self._run.ended.connect(self._ended)
         self._run.start()
         self.run_started.emit()
+        self._explain(exported.path)
 
     def obstacle(self):
         """Why the study can't run now, in one sentence; empty if it can."""
@@ -108,6 +115,26 @@ class StudySession(QtCore.QObject):
         except TracerError as error:
             return str(error)
         return _obstacle(check_study(study, distances=False)) if study is not None else ""
+
+    def explain_map(self):
+        """Ask which effects the result's map holds, and what share of the time each took."""
+        study = self.study()
+        result = result_of(study) if study is not None else None
+        folder = map_folder(result) if result is not None else ""
+        if os.path.isdir(folder):
+            self._explain(folder)
+
+    def _explain(self, what):
+        """Ask about a scene or a map; what can't be told, the run itself tells better."""
+        self._stop_explaining()
+        self._explanation = Explanation(what, self)
+        self._explanation.explained.connect(self.explained)
+        self._explanation.start()
+
+    def _stop_explaining(self):
+        if self._explanation is not None and self._explanation.process.is_running():
+            self._explanation.stop()
+        self._explanation = None
 
     def cancel(self):
         """End the run; what it traced so far becomes the result."""
@@ -172,9 +199,33 @@ class StudySession(QtCore.QObject):
         """Ask what the map holds; the answer goes to a callback."""
         self._server_of_result().ask("info", {}, on_result, self.refused.emit)
 
+    def measure(self, name, criterion):
+        """Ask what a detector registered of the matching rays; the answer arrives as a signal.
+
+        Raises
+        ------
+        WorkbenchError
+            If there is no map, or the tracer is not set up.
+        """
+        self._measuring += 1
+        number, path = self._measuring, os.path.join(self._scratch.name, f"detector-{self._measuring % 2}.csv")
+
+        def current(tell):
+            return lambda answer: tell(answer) if number == self._measuring else None
+
+        params = {"name": name, "criterion": criterion.strip() or "true", "file": path}
+        told, failed = current(lambda answer: self.measured.emit(answer, path)), current(self.unmeasured.emit)
+        self._server_of_result().ask("detector", params, told, failed)
+
+    def save_detector(self, name, criterion, path, on_saved):
+        """Write what a detector registered to a file of the kind that its name ends in."""
+        params = {"name": name, "criterion": criterion.strip() or "true", "file": path}
+        self._server_of_result().ask("detector", params, on_saved, self.unmeasured.emit)
+
     def forget(self):
         """Draw no rays, and show no answer that is still to come."""
         self._question += 1
+        self._measuring += 1
         study = self.study()
         result = result_of(study) if study is not None else None
         proxy = getattr(getattr(result, "ViewObject", None), "Proxy", None)
@@ -186,6 +237,7 @@ class StudySession(QtCore.QObject):
         if self._run is not None:
             self._run.ended.disconnect(self._ended)
             self._run.cancel()
+        self._stop_explaining()
         self._close_server()
         self._scratch.cleanup()
 

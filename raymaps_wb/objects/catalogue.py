@@ -22,7 +22,7 @@ def catalogue():
         if file_name.endswith(".json"):
             with open(os.path.join(MATERIAL_FOLDER, file_name), encoding="utf-8") as file:
                 media = json.load(file)["media"]
-            groups[os.path.splitext(file_name)[0].replace("_", " ").capitalize()] = media
+            groups[os.path.splitext(file_name)[0].lstrip("0123456789_").replace("_", " ").capitalize()] = media
     return groups
 
 
@@ -38,10 +38,12 @@ def catalogue_medium(name):
 
 def told(data):
     """What people want to know of a medium: index at the d line, what else it does, and where its figures are from."""
-    index, parts = _index(data.get("refractive_index")), []
+    nm = _near_d_line(data["refractive_index"])
+    index, k = _index(data["refractive_index"], nm), _value(data.get("extinction", 0.0), nm)
+    parts = []
     if index is not None:
-        parts.append(f"n = {index:.5g} at 588 nm")
-    if _is_above_zero(data.get("extinction")):
+        parts.append((f"n = {index:.3g} + {k:.3g} i" if k else f"n = {index:.4f}") + f" at {nm:.0f} nm")
+    if k:
         parts.append("metal")
     if _is_above_zero(data.get("absorption_per_mm")):
         parts.append("absorbs")
@@ -56,26 +58,45 @@ def _is_above_zero(value):
     return any(value) if isinstance(value, list) else bool(value)
 
 
-def _index(index, wavelength_nm=D_LINE_NM):
-    """Refractive index at a wavelength; None where this can't be told. For people: what is simulated is the core's."""
+def _near_d_line(index):
+    """The wavelength nearest to the d line at which the index is known."""
+    low, high = 0.0, math.inf
+    if isinstance(index, dict) and "n" in index:
+        low, high = index["wavelength_nm"][0], index["wavelength_nm"][-1]
+    elif isinstance(index, dict):
+        low, high = index.get("from_nm") or low, index.get("to_nm") or high
+    return min(max(D_LINE_NM, low), high)
+
+
+def _index(index, nm):
+    """Refractive index at a wavelength; None where this can't be told. For people: the tracer has its own."""
     if not isinstance(index, dict):
         return index
     if "n" in index:
-        return _interpolated(wavelength_nm, index["wavelength_nm"], index["n"])
-    w, c = wavelength_nm / 1000, index["coefficients"]
+        return _interpolated(nm, index["wavelength_nm"], index["n"])
+    formula = _FORMULAS.get(index["formula"])
     try:
-        if index["formula"] == "sellmeier":
-            return math.sqrt(1 + sum(b * w**2 / (w**2 - d) for b, d in zip(c[0::2], c[1::2], strict=True)))
-        if index["formula"] == "schott":
-            return math.sqrt(c[0] + c[1] * w**2 + sum(a * w ** (-2 * (i + 1)) for i, a in enumerate(c[2:])))
-        if index["formula"] == "cauchy":
-            return sum(a * w ** (-2 * i) for i, a in enumerate(c))
-        if index["formula"] == "conrady":
-            return c[0] + c[1] / w + c[2] / w**3.5
-        series = c[0] + sum(a * w**e for a, e in zip(c[1::2], c[2::2], strict=True))
-        return math.sqrt(series) if index["formula"] == "power_series_squared" else series
+        return formula(nm / 1000, index["coefficients"]) if formula is not None else None
     except (ValueError, ZeroDivisionError, IndexError, OverflowError):
         return None
+
+
+_FORMULAS = {
+    "sellmeier": lambda w, c: math.sqrt(1 + sum(b * w**2 / (w**2 - d) for b, d in zip(c[0::2], c[1::2], strict=True))),
+    "schott": lambda w, c: math.sqrt(c[0] + c[1] * w**2 + sum(a * w ** (-2 * (i + 1)) for i, a in enumerate(c[2:]))),
+    "cauchy": lambda w, c: sum(a * w ** (-2 * i) for i, a in enumerate(c)),
+    "conrady": lambda w, c: c[0] + c[1] / w + c[2] / w**3.5,
+    "power_series": lambda w, c: c[0] + sum(a * w**e for a, e in zip(c[1::2], c[2::2], strict=True)),
+    "power_series_squared": lambda w, c: math.sqrt(c[0] + sum(a * w**e for a, e in zip(c[1::2], c[2::2], strict=True))),
+    "gases": lambda w, c: 1 + c[0] + sum(b / (d - w**-2) for b, d in zip(c[1::2], c[2::2], strict=True)),
+}
+
+
+def _value(value, nm):
+    """A spectral value at a wavelength; of red, green and blue the middle one."""
+    if isinstance(value, dict):
+        return _interpolated(nm, value["wavelength_nm"], value["value"])
+    return value[1] if isinstance(value, list) else value
 
 
 def _interpolated(x, xs, ys):

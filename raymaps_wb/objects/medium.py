@@ -174,7 +174,7 @@ class Medium(Proxy):
             "IndexFile",
             "Refractive index: a file with two columns, wavelength in nm and index",
             "",
-            label="Index file",
+            label="File",
             form="index",
             filter=TEXT_FILES,
             shown_for=(OWN,),
@@ -202,6 +202,7 @@ class Medium(Proxy):
             "App::PropertyStringList",
             "ScatteringKinds",
             f"Scatterers in the medium, a line each: {', '.join(PHASES)}",
+            label="Scattering",
             shown_for=_NOT_A_FILE,
         ),
         Property(

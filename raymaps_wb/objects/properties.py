@@ -34,6 +34,8 @@ class Property:
     limits : Limits of the number, or of each of several
     bands : bool
         The list holds one number, or one for each of red, green and blue.
+    is_exact : bool
+        Panels show all digits of the quantity; the user's usual number of them is too few.
     file : str
         Name of the property with a file that is used in place of this one's numbers.
     filter : str
@@ -60,6 +62,7 @@ class Property:
         when=None,
         limits=None,
         bands=False,
+        is_exact=False,
         file="",
         filter="",
         form="",
@@ -75,6 +78,7 @@ class Property:
         self.shown_for = shown_for
         self.conditions = {**({"Kind": shown_for} if shown_for else {}), **(when or {})}
         self.limits, self.bands, self.file, self.filter, self.form = limits, bands, file, filter, form
+        self.is_exact = is_exact
         self.read_only, self.hidden, self.output = read_only, hidden, output
         self.keeps_unknown = keeps_unknown
 

@@ -52,7 +52,7 @@ def outside_property(shown_for=()):
         "OutsideTables",
         "What holds at wavelengths that a spectrum file says nothing of",
         "Refuse",
-        label="Outside of tables",
+        label="Off the tables",
         choices=OUTSIDE,
         shown_for=shown_for,
     )

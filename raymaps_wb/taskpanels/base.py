@@ -12,7 +12,8 @@ import Part
 from raymaps_wb.compat import QtGui, QtWidgets, flags_as_int, primary_selection, translate
 from raymaps_wb.gui.active import PREFIX, is_own_step_open
 from raymaps_wb.paths import icon
-from raymaps_wb.taskpanels.editors import WRONG, editor_of, label_of
+from raymaps_wb.taskpanels.editors import FileEditor, SpectralEditor, editor_of, label_of
+from raymaps_wb.taskpanels.rows import WRONG, Rows, section_label
 
 GAP_MM = 0.05  # between a face and what is put on it
 
@@ -32,13 +33,11 @@ class ObjectPanel:
         self.form = QtWidgets.QWidget()
         self.form.setWindowTitle(self.TITLE or obj.Label)
         self.form.setWindowIcon(QtGui.QIcon(icon(self.ICON)))
-        self.layout = QtWidgets.QFormLayout(self.form)
-        self.layout.setRowWrapPolicy(QtWidgets.QFormLayout.WrapLongRows)  # FreeCAD's task view may be narrow
-        self.layout.setFieldGrowthPolicy(QtWidgets.QFormLayout.AllNonFixedFieldsGrow)
+        self.rows = Rows(self.form)
         self._name = QtWidgets.QLineEdit(obj.Label)
-        self.layout.addRow(translate("Name"), self._name)
+        self.rows.add(translate("Name"), self._name)
         self.editors: dict[str, Any] = {}
-        self._rows: dict[str, tuple] = {}
+        self._rows: dict[str, Any] = {}
         for prop in obj.Proxy.PROPERTIES:
             if prop.hidden or prop.read_only or prop.name in self.LEFT_OUT:
                 continue
@@ -48,8 +47,9 @@ class ObjectPanel:
         self.add_rows()
         self._message = QtWidgets.QLabel()
         self._message.setWordWrap(True)
-        self._message.setStyleSheet(f"color: {WRONG}")
-        self.layout.addRow(self._message)
+        self._message.setStyleSheet(WRONG)
+        self.rows.add("", self._message)
+        self.rows.end()
         for name in {name for prop in obj.Proxy.PROPERTIES for name in prop.conditions}:
             self.editors[name].changed.connect(lambda *_: self.show_relevant())
         self.show_relevant()
@@ -57,17 +57,13 @@ class ObjectPanel:
     def add(self, prop, editor):
         """A row for a property."""
         if prop.name in self.SECTIONS:
-            self.layout.addRow(section_label(self.SECTIONS[prop.name]))
-        label = QtWidgets.QLabel(label_of(prop))
-        row = getattr(editor, "row", editor.widget)
-        for widget in (label, row, editor.widget):
+            self.rows.add("", section_label(self.SECTIONS[prop.name]))
+        field = getattr(editor, "row", editor.widget)
+        is_wide, about = getattr(editor, "IS_WIDE", False), getattr(editor, "about", None)
+        row = self.rows.add(label_of(prop), field, is_wide=is_wide, about=about)
+        for widget in (row, field, editor.widget):
             widget.setToolTip(tooltip(prop.text))
-        if getattr(editor, "IS_WIDE", False):
-            self.layout.addRow(label)
-            self.layout.addRow(row)
-        else:
-            self.layout.addRow(label, row)
-        self.editors[prop.name], self._rows[prop.name] = editor, (label, row)
+        self.editors[prop.name], self._rows[prop.name] = editor, row
 
     def add_rows(self):
         """For rows of a panel's own."""
@@ -78,10 +74,15 @@ class ObjectPanel:
 
     def show_relevant(self):
         """Show only what matters for what is chosen."""
+        self._message.setText("")
         for prop in self.obj.Proxy.PROPERTIES:
             if prop.conditions and prop.name in self._rows:
-                for widget in self._rows[prop.name]:
-                    widget.setVisible(prop.matters(self.chosen))
+                self._rows[prop.name].setVisible(prop.matters(self.chosen) and self.is_wanted(prop.name))
+        self.rows.align()
+
+    def is_wanted(self, name):
+        """Whether a property that matters is worth a row as things are."""
+        return True
 
     def relevant(self):
         """Editors of what matters for what is chosen."""
@@ -156,9 +157,7 @@ class ObjectPanel:
         button = QtWidgets.QPushButton(translate("Put on selected face"))
         button.setToolTip(translate("Moves it to the middle of the face selected in the 3D view, along its normal"))
         button.clicked.connect(lambda: self._put_on_face(facing() if callable(facing) else facing))
-        label = QtWidgets.QLabel(translate("Placement"))
-        self.layout.addRow(label, button)
-        return label, button
+        return self.rows.add(translate("Placement"), button)
 
     def _put_on_face(self, facing):
         placement = placement_on_selected_face(facing)
@@ -169,11 +168,22 @@ class ObjectPanel:
         self.obj.Placement = placement
 
 
-def section_label(text):
-    """A heading above rows."""
-    label = QtWidgets.QLabel(f"<b>{text}</b>")
-    label.setContentsMargins(0, 8, 0, 0)
-    return label
+class TablesPanel(ObjectPanel):
+    """Panel of an object with spectra: what holds outside of tables is asked for only where there are some."""
+
+    def __init__(self, obj):
+        super().__init__(obj)
+        for editor in self.editors.values():
+            if isinstance(editor, SpectralEditor):
+                editor.changed.connect(lambda *_: self.show_relevant())
+
+    def is_wanted(self, name):
+        if name != "OutsideTables":
+            return True
+        return any(
+            isinstance(editor, FileEditor) or (isinstance(editor, SpectralEditor) and editor.is_file())
+            for editor in self.relevant()
+        )
 
 
 def tooltip(text):

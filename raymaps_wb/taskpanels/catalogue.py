@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Choosing a medium of the catalogue: a list by groups that a search narrows, and what is known of the chosen one."""
 
+from html import escape
+
 from raymaps_wb.compat import QtCore, QtWidgets, translate
 from raymaps_wb.objects.catalogue import catalogue, catalogue_medium, told
-from raymaps_wb.taskpanels.editors import WRONG, column, small_label
+from raymaps_wb.taskpanels.rows import column, say, small_label
 
 
 class CatalogueEditor:
     """One medium of the catalogue; ``chosen`` tells its name."""
+
+    IS_WIDE = True
 
     def __init__(self, obj, prop):
         self.prop = prop
@@ -16,6 +20,7 @@ class CatalogueEditor:
         self.widget.setClearButtonEnabled(True)
         self._tree = QtWidgets.QTreeWidget()
         self._tree.setHeaderHidden(True)
+        self._tree.setIndentation(12)
         self._tree.setMinimumHeight(150)
         self._tree.setMaximumHeight(200)
         self._about = small_label()
@@ -55,11 +60,9 @@ class CatalogueEditor:
     def _tell(self):
         data = catalogue_medium(self._name)
         if data is None:
-            self._about.setText(f"The catalogue has no medium '{self._name}'.")
-            self._about.setStyleSheet(f"color: {WRONG}")
+            say(self._about, f"The catalogue has no medium '{self._name}'.", is_wrong=True)
             return
-        self._about.setText(f"<b>{self._name}</b>: {told(data)}")
-        self._about.setStyleSheet("")
+        say(self._about, f"<b>{escape(self._name)}</b>: {escape(told(data))}")
 
     def _search(self, text):
         """Show what holds all words that were typed, in its name, its group or its reference."""

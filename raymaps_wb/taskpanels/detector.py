@@ -17,8 +17,7 @@ class DetectorPanel(ObjectPanel):
 
     def show_relevant(self):
         super().show_relevant()
-        for widget in self._place:
-            widget.setVisible(self.chosen("Kind") != "Faces")
+        self._place.setVisible(self.chosen("Kind") != "Faces")
 
     def write(self):
         super().write()

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """A widget for each kind of property.
 
-An editor has ``widget`` and ``write(obj)``, which raises ValueError in words; ``row`` if the widget is a part of more.
+An editor has ``widget`` and ``write(obj)``, which raises ValueError in words; ``row`` if the widget is a part of more;
+``about``, a label that stands below; IS_WIDE if its label stands above.
 """
 
 import os
 
+import FreeCAD
 import FreeCADGui
 
 from raymaps_wb.compat import QtGui, QtWidgets, primary_selection, translate
@@ -13,8 +15,7 @@ from raymaps_wb.export.values import words
 from raymaps_wb.objects.files import absolute_path, kept_path
 from raymaps_wb.objects.references import reference_list, set_references
 from raymaps_wb.taskpanels.findings import finding
-
-WRONG = "#b00020"
+from raymaps_wb.taskpanels.rows import beside, column, say, small_label
 
 
 class NumberEditor:
@@ -53,6 +54,7 @@ class QuantityEditor:
     def __init__(self, obj, prop):
         self.prop = prop
         self.widget = FreeCADGui.UiLoader().createWidget("Gui::QuantitySpinBox")
+        self.widget.setMinimumWidth(70)
         self.widget.setProperty("value", getattr(obj, prop.name))
         self._shown = str(self.widget.property("value"))
 
@@ -60,6 +62,32 @@ class QuantityEditor:
         # The widget rounds to the digits that it shows: what nobody changed is left as it is.
         if str(self.widget.property("value")) != self._shown:
             setattr(obj, self.prop.name, self.widget.property("value"))
+
+
+class ExactQuantityEditor:
+    """A length or an angle with all its digits; a number without a unit is in mm or degrees."""
+
+    def __init__(self, obj, prop):
+        self.prop = prop
+        self._unit = "mm" if prop.kind == "App::PropertyLength" else "deg"
+        shown = "mm" if self._unit == "mm" else "\u00b0"
+        self.widget = QtWidgets.QLineEdit(f"{float(getattr(obj, prop.name)):.12g} {shown}")
+
+    def value(self):
+        """What was typed, in mm or degrees; raises ValueError in words."""
+        text = self.widget.text().replace("\u00b0", "deg").replace(",", ".")
+        try:
+            quantity = FreeCAD.Units.Quantity(text)
+        except (ValueError, ArithmeticError, SyntaxError):
+            raise ValueError(f"{label_of(self.prop)}: '{self.widget.text()}' is not a number with a unit.") from None
+        if quantity.Unit == FreeCAD.Units.Unit():
+            return float(quantity)
+        if quantity.Unit != FreeCAD.Units.Quantity(f"1 {self._unit}").Unit:
+            raise ValueError(f"{label_of(self.prop)}: '{self.widget.text()}' must be in {self._unit}.")
+        return float(quantity)
+
+    def write(self, obj):
+        setattr(obj, self.prop.name, self.value())
 
 
 class TextEditor:
@@ -104,16 +132,15 @@ class ChoiceEditor:
         self.widget.setSizeAdjustPolicy(QtWidgets.QComboBox.AdjustToMinimumContentsLengthWithIcon)
         self.widget.setCurrentText(getattr(obj, prop.name))
         self.changed = self.widget.currentTextChanged
-        self.row = self.widget
+        self.about = None
         if prop.choice_texts:
-            self._about = small_label()
-            self.row = column(self.widget, self._about)
+            self.about = small_label()
             self.changed.connect(self._tell)
             self._tell(self.widget.currentText())
 
     def _tell(self, choice):
         text = self.prop.choice_texts.get(choice, "")
-        self._about.setText(text[:1].upper() + text[1:])
+        say(self.about, text if "=" in text else text[:1].upper() + text[1:])
 
     def choice(self):
         """The chosen word."""
@@ -129,6 +156,7 @@ class NumbersEditor:
     def __init__(self, obj, prop):
         self.prop = prop
         self.widget = QtWidgets.QLineEdit(" ".join(f"{value:.12g}" for value in getattr(obj, prop.name)))
+        self.widget.setCursorPosition(0)
 
     def value(self):
         """What was typed; raises ValueError in words."""
@@ -150,8 +178,8 @@ class FileEditor:
         button.setText("...")
         button.setToolTip(translate("Looks for it"))
         button.clicked.connect(self._look_for)
-        self._about = small_label()
-        self.row = column(beside(self.widget, button), self._about)
+        self.about = small_label()
+        self.row = beside(self.widget, button)
         self.changed = self.widget.textChanged
         self.changed.connect(self._tell)
         self._tell()
@@ -174,13 +202,13 @@ class FileEditor:
 
     def _tell(self, *_):
         text, is_right = finding(self.path(), self.prop.form)
-        self._about.setText(text)
-        self._about.setStyleSheet("" if is_right else f"color: {WRONG}")
+        say(self.about, text, not is_right)
 
 
 class SpectralEditor:
     """A value as one number, as red, green and blue, or as a file: a list of these forms, and a field for each."""
 
+    IS_WIDE = True
     NUMBER, COLOUR, FILE = range(3)
 
     def __init__(self, obj, prop):
@@ -192,16 +220,21 @@ class SpectralEditor:
         file = translate("Table file") if self._file.prop.form == "share" else translate("Spectrum file")
         self.forms.addItems([translate("Number"), translate("R G B"), file])
         self.forms.setToolTip(translate("One number, one for each of red, green and blue, or a table in a file"))
-        self.forms.setSizePolicy(QtWidgets.QSizePolicy.Maximum, QtWidgets.QSizePolicy.Fixed)
+        self.changed = self.forms.currentIndexChanged
         is_colour = len(getattr(obj, prop.name)) == 3
         self.forms.setCurrentIndex(self.FILE if self._file.path() else self.COLOUR if is_colour else self.NUMBER)
         self.forms.currentIndexChanged.connect(self._form_chosen)
-        self.row = column(beside(self.forms, self.widget), self._file.row)
+        self._file_row = column(self._file.row, self._file.about)
+        self.row = column(beside(self.forms, self.widget), self._file_row)
         self._show()
+
+    def is_file(self):
+        """Whether the value stands in a file."""
+        return self.forms.currentIndex() == self.FILE
 
     def value(self):
         """What was typed; raises ValueError in words."""
-        if self.forms.currentIndex() == self.FILE:
+        if self.is_file():
             if not self._file.path():
                 raise ValueError(f"{label_of(self.prop)}: choose a file.")
             return None
@@ -230,13 +263,14 @@ class SpectralEditor:
         self._show()
 
     def _show(self):
-        is_file = self.forms.currentIndex() == self.FILE
-        self.widget.setVisible(not is_file)
-        self._file.row.setVisible(is_file)
+        self.widget.setVisible(not self.is_file())
+        self._file_row.setVisible(self.is_file())
 
 
 class ReferencesEditor:
     """Bodies and faces picked in the 3D view."""
+
+    IS_WIDE = True
 
     def __init__(self, obj, prop):
         self._own = obj
@@ -245,7 +279,8 @@ class ReferencesEditor:
         layout = QtWidgets.QVBoxLayout(self.widget)
         layout.setContentsMargins(0, 0, 0, 0)
         self._list = QtWidgets.QListWidget()
-        self._list.setMaximumHeight(120)
+        self._list.setMinimumHeight(60)
+        self._list.setMaximumHeight(100)
         self._list.setSelectionMode(QtWidgets.QAbstractItemView.ExtendedSelection)
         layout.addWidget(self._list)
         buttons = QtWidgets.QHBoxLayout()
@@ -296,37 +331,6 @@ def label_of(prop):
     return translate(prop.label or words(prop.name))
 
 
-def column(*widgets):
-    """Widgets below each other, as one."""
-    return _joined(QtWidgets.QVBoxLayout, widgets)
-
-
-def beside(*widgets):
-    """Widgets beside each other, as one."""
-    return _joined(QtWidgets.QHBoxLayout, widgets)
-
-
-def _joined(layout_class, widgets):
-    joined = QtWidgets.QWidget()
-    layout = layout_class(joined)
-    layout.setContentsMargins(0, 0, 0, 0)
-    layout.setSpacing(2)
-    for widget in widgets:
-        layout.addWidget(widget)
-    return joined
-
-
-def small_label(text=""):
-    """A grey label in small type that breaks lines."""
-    label = QtWidgets.QLabel(text)
-    label.setWordWrap(True)
-    label.setEnabled(False)
-    font = label.font()
-    font.setPointSizeF(0.9 * font.pointSizeF())
-    label.setFont(font)
-    return label
-
-
 EDITORS = {
     "App::PropertyFloat": NumberEditor,
     "App::PropertyInteger": IntegerEditor,
@@ -345,5 +349,5 @@ def editor_of(obj, prop):
     """The editor of a property; None if it has none, or if that of another edits it too."""
     if any(other.file == prop.name for other in obj.Proxy.PROPERTIES):
         return None
-    editor = SpectralEditor if prop.file else EDITORS.get(prop.kind)
+    editor = SpectralEditor if prop.file else ExactQuantityEditor if prop.is_exact else EDITORS.get(prop.kind)
     return editor(obj, prop) if editor is not None else None

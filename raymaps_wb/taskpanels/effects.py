@@ -6,10 +6,10 @@ import tempfile
 from raymaps_wb.compat import QtCore, QtWidgets, translate
 from raymaps_wb.errors import WorkbenchError
 from raymaps_wb.export.writer import write_without_geometry
-from raymaps_wb.taskpanels.editors import beside, column, small_label
+from raymaps_wb.taskpanels.rows import beside, column, small_label
 from raymaps_wb.tracer.explain import Explanation, title_of
 
-REASONS = 3
+NEVER_OFF = ("absorber",)  # what ends rays on surfaces
 
 
 class EffectsEditor:
@@ -32,7 +32,7 @@ class EffectsEditor:
         again.clicked.connect(self.look)
         again.setSizePolicy(QtWidgets.QSizePolicy.Maximum, QtWidgets.QSizePolicy.Fixed)
         self.row = column(self.widget, beside(self._about, again))
-        self._explanation, self._folder = None, None
+        self._explanation, self._folder, self._unknown = None, None, []
         self.look()
 
     def write(self, obj):
@@ -54,6 +54,9 @@ class EffectsEditor:
 
     def show(self, effects):
         """Show effects: those that are needed with their reasons, the others in a branch of their own."""
+        names = [effect.name for effect in effects if effect.name not in NEVER_OFF]
+        self._unknown = [name for name in self._without if name not in names]
+        self._without = [name for name in self._without if name in names]
         self.widget.blockSignals(True)
         self.widget.clear()
         others = [effect for effect in effects if not (effect.needed or effect.because)]
@@ -76,12 +79,12 @@ class EffectsEditor:
         reason = effect.because[0] + more if effect.because else ""
         item = QtWidgets.QTreeWidgetItem(self.widget, [title_of(effect), reason])
         item.setData(0, QtCore.Qt.UserRole, effect.name)
-        item.setFlags(item.flags() | QtCore.Qt.ItemIsUserCheckable)
+        if effect.name in NEVER_OFF:
+            item.setFlags(item.flags() & ~QtCore.Qt.ItemIsUserCheckable)
         is_off = effect.name in self._without
         item.setCheckState(0, QtCore.Qt.Unchecked if is_off else QtCore.Qt.Checked)
         for column_index in (0, 1):
-            instead = [f"instead: {effect.off}"] if effect.off else []
-            item.setToolTip(column_index, "\n".join([effect.summary, *effect.because, *instead]))
+            item.setToolTip(column_index, "\n".join([effect.summary, *effect.because]))
         for reason in effect.because if len(effect.because) > 1 else ():
             child = QtWidgets.QTreeWidgetItem(item, ["", reason])
             child.setToolTip(1, reason)
@@ -99,7 +102,8 @@ class EffectsEditor:
         items = [self.widget.topLevelItem(i) for i in range(self.widget.topLevelItemCount())]
         n = sum(1 for item in items if item.checkState(0) == QtCore.Qt.Checked and item.data(0, QtCore.Qt.UserRole))
         off = f"; switched off: {', '.join(self._without)}" if self._without else ""
-        self._tell(f"A run simulates {n} effects{off}.")
+        gone = f" There is no effect {', '.join(map(repr, self._unknown))} to switch off." if self._unknown else ""
+        self._tell(f"A run simulates {n} effect{'s' * (n != 1)}{off}.{gone}")
 
     def _tell(self, text):
         self._about.setText(text)

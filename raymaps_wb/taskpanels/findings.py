@@ -8,6 +8,7 @@ import struct
 
 from raymaps_wb.errors import ExportError
 from raymaps_wb.export import tables
+from raymaps_wb.gui.figures import count
 
 HEAD_BYTES = 1 << 16
 
@@ -108,7 +109,7 @@ def _rays(path):
     if len(head) >= 208:
         identifier, n_rays = struct.unpack("<ii", head[:8])
         if identifier == 1010 and n_rays > 0:
-            return f"rays of Zemax, {n_rays:,} of them".replace(",", "\u202f")
+            return f"Zemax source file, {count(n_rays)} rays"
     return "rays, of a kind that the tracer tells"
 
 

@@ -2,7 +2,7 @@
 """A table whose rows people add, take away and move: scatterers of a medium, layers of a thin film."""
 
 from raymaps_wb.compat import QtWidgets, translate
-from raymaps_wb.taskpanels.editors import beside, column
+from raymaps_wb.taskpanels.rows import beside, column
 
 
 class ListEditor:
@@ -22,8 +22,6 @@ class ListEditor:
         header = self.widget.horizontalHeader()
         header.setSectionResizeMode(QtWidgets.QHeaderView.Stretch)
         self.widget.setMinimumWidth(150)
-        self.widget.setMinimumHeight(110)
-        self.widget.setMaximumHeight(170)
         actions = [(self.ADD, self.add), (translate("Remove"), self._remove)]
         if self.ORDERED:
             actions += [("\u2191", lambda: self._move(-1)), ("\u2193", lambda: self._move(1))]
@@ -61,6 +59,13 @@ class ListEditor:
             for i, widget in enumerate(self.widgets(values)):
                 self.widget.setCellWidget(row, i, widget)
         self.widget.resizeRowsToContents()
+        self._fit()
+
+    def _fit(self):
+        """As high as the rows need, up to six."""
+        n = max(1, min(6, self.widget.rowCount()))
+        row = self.widget.rowHeight(0) if self.widget.rowCount() else self.widget.fontMetrics().height()
+        self.widget.setFixedHeight(self.widget.horizontalHeader().sizeHint().height() + n * row + 8)
 
     def add(self):
         """Add a row."""

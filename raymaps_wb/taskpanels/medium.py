@@ -3,14 +3,14 @@
 
 from raymaps_wb.compat import translate
 from raymaps_wb.objects.medium import CATALOGUE
-from raymaps_wb.taskpanels.base import ObjectPanel
+from raymaps_wb.taskpanels.base import TablesPanel
 from raymaps_wb.taskpanels.catalogue import CatalogueEditor
 from raymaps_wb.taskpanels.editors import SuggestedEditor
 from raymaps_wb.taskpanels.findings import glasses
 from raymaps_wb.taskpanels.scattering import OTHERS, ScatteringEditor
 
 
-class MediumPanel(ObjectPanel):
+class MediumPanel(TablesPanel):
     """A medium of the catalogue, own figures, or a file; and the bodies."""
 
     ICON = "medium"

@@ -5,8 +5,8 @@ from raymaps_wb.compat import QtWidgets, translate
 from raymaps_wb.objects.files import absolute_path, kept_path
 from raymaps_wb.objects.medium import HENYEY_GREENSTEIN, PHASE_TABLE, PHASES, SCATTERING, scatterers, set_scatterers
 from raymaps_wb.objects.spectral import TEXT_FILES
-from raymaps_wb.taskpanels.editors import beside
 from raymaps_wb.taskpanels.lists import ListEditor
+from raymaps_wb.taskpanels.rows import beside
 
 TIP = (
     "Scattering coefficient in 1/mm: the mean free path is its inverse. One number such as 0.5, three for red, green "
@@ -23,7 +23,10 @@ class ScatteringEditor(ListEditor):
     def __init__(self, obj, prop):
         super().__init__()
         self.prop, self._document = prop, obj.Document
-        self.widget.setMaximumHeight(130)
+        header = self.widget.horizontalHeader()
+        for i in (1, 2):
+            header.setSectionResizeMode(i, QtWidgets.QHeaderView.Fixed)
+            header.resizeSection(i, 62)
         self.set_rows(scatterers(obj))
 
     def new_values(self):
@@ -34,6 +37,7 @@ class ScatteringEditor(ListEditor):
         kinds = QtWidgets.QComboBox()
         kinds.addItems(list(PHASES))
         kinds.setCurrentText(kind)
+        kinds.setToolTip(translate("How they scatter"))
         kinds.setSizeAdjustPolicy(QtWidgets.QComboBox.AdjustToMinimumContentsLengthWithIcon)
         detail = _Detail(self._document, g, path)
         kinds.currentTextChanged.connect(detail.show_for)

@@ -24,5 +24,4 @@ class SourcePanel(ObjectPanel):
 
     def show_relevant(self):
         super().show_relevant()
-        for widget in self._place:
-            widget.setVisible(self.chosen("Kind") != "Faces")
+        self._place.setVisible(self.chosen("Kind") != "Faces")

@@ -27,7 +27,8 @@ class StudyPanel(ObjectPanel):
         if self.obj.AmbientMedium in self._media:
             self._ambient.setCurrentIndex(1 + self._media.index(self.obj.AmbientMedium))
         self._ambient.setSizeAdjustPolicy(QtWidgets.QComboBox.AdjustToMinimumContentsLengthWithIcon)
-        self.layout.insertRow(1, translate("Medium outside"), self._ambient)
+        self._ambient.setToolTip(translate("Medium outside all bodies"))
+        self.rows.add(translate("Outside"), self._ambient, at=1)
 
     def write(self):
         super().write()

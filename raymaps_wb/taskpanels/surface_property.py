@@ -4,11 +4,11 @@
 from raymaps_wb.compat import QtWidgets, translate
 from raymaps_wb.objects.study import members, study_of
 from raymaps_wb.objects.surface_property import SurfaceProperty
-from raymaps_wb.taskpanels.base import ObjectPanel
+from raymaps_wb.taskpanels.base import TablesPanel
 from raymaps_wb.taskpanels.layers import LayersEditor
 
 
-class SurfacePropertyPanel(ObjectPanel):
+class SurfacePropertyPanel(TablesPanel):
     """Kind, its figures, faces; for a mixture the weight of each of the study's other properties."""
 
     ICON = "surface_property"
@@ -28,17 +28,16 @@ class SurfacePropertyPanel(ObjectPanel):
         self._table.horizontalHeader().setSectionResizeMode(0, QtWidgets.QHeaderView.Stretch)
         self._table.horizontalHeader().setSectionResizeMode(1, QtWidgets.QHeaderView.ResizeToContents)
         self._table.setMinimumWidth(150)
+        self._table.setMinimumHeight(80)
         self._table.setMaximumHeight(150)
         for row, other in enumerate(self._others):
             self._table.setItem(row, 0, QtWidgets.QTableWidgetItem(other.Label))
             self._table.setItem(row, 1, QtWidgets.QTableWidgetItem(f"{weights.get(other.Name, 0.0):.6g}"))
-        self._table_label = QtWidgets.QLabel(translate("Mixture of"))
-        self.layout.insertRow(2, self._table_label, self._table)
+        self._parts = self.rows.add(translate("Mixture of"), self._table, at=2, is_wide=True)
 
     def show_relevant(self):
         super().show_relevant()
-        for widget in (self._table, self._table_label):
-            widget.setVisible(self.chosen("Kind") == "Mixture")
+        self._parts.setVisible(self.chosen("Kind") == "Mixture")
 
     def check(self):
         super().check()

@@ -9,12 +9,15 @@ from raymaps_wb.tracer.interpreter import child_environment, find_interpreter, t
 from raymaps_wb.tracer.process import LineProcess, last_sentence
 
 #: name, summary: text. needed: whether a run simulates it. because: tuple of reasons, also of what is switched off.
-#: off: what takes its place if it is switched off, else empty.
-Effect = namedtuple("Effect", "name summary needed because off")
+#: off: what takes its place if it is switched off, else empty. share: of the time that a map took; None if not known.
+Effect = namedtuple("Effect", "name summary needed because off share", defaults=(None,))
 
 
 class Explanation(QtCore.QObject):
-    """Asks for the effects of one scene. Signals: ``explained(list of Effect)``; ``failed(str)`` with one sentence."""
+    """Asks for the effects of one scene, or of one Ray Map.
+
+    Signals: ``explained(list of Effect)``; ``failed(str)`` with one sentence.
+    """
 
     explained = QtCore.Signal(object)
     failed = QtCore.Signal(str)
@@ -60,6 +63,7 @@ def effects_of(answer):
             bool(effect["needed"]),
             tuple(str(reason) for reason in effect.get("because", ())),
             str(effect.get("off") or ""),
+            effect.get("share"),
         )
         for effect in answer["effects"]
     ]

@@ -141,7 +141,9 @@ class MediaTest(KindsTest):
             for name, medium in known.items():
                 self.assertRegex(told(medium), r"^n = \d", f"{group}: {name}")
                 self.assertIn(medium["reference"], told(medium))
-        self.assertTrue(told(catalogue_medium("N-BK7")).startswith("n = 1.5168 at 588 nm"))
+        self.assertTrue(told(catalogue_medium("N-BK7")).startswith("n = 1.5168 at 588 nm"))  # Schott's data sheet
+        self.assertIn("n = 1.0003 at 588 nm", told(catalogue_medium("air")))
+        self.assertRegex(told(catalogue_medium("silver")), r"^n = 0\.\d+ \+ 3\.\d+ i at 588 nm, metal")
 
     def test_a_medium_that_the_catalogue_has_no_more_is_kept_and_told(self):
         study, _, _ = self.full_study()
@@ -159,7 +161,9 @@ class MediaTest(KindsTest):
         code += "print(json.dumps({name: [f.counts.start, f.counts.stop, f.counts.step] for name, f in F.items()}))"
         known = json.loads(ask_core(code))
         ours = {name: [counts.start, counts.stop, counts.step] for name, _, counts in media.FORMULAS.values()}
-        self.assertEqual({name: list(range(*r)) for name, r in ours.items()}, {n: list(range(*r)) for n, r in known.items()})
+        self.assertEqual(
+            {name: list(range(*r)) for name, r in ours.items()}, {n: list(range(*r)) for n, r in known.items()}
+        )
 
 
 class SurfacesTest(KindsTest):
@@ -170,7 +174,7 @@ class SurfacesTest(KindsTest):
         self.surface(study, "Lambertian", Reflectance=[0.5, 0.6, 0.7], Transmittance=[0.1])
         self.surface(study, "Fresnel")
         self.surface(study, "Rough", Roughness=0.3)
-        coefficients = self.surface(study, "Coefficients", DiffuseReflectance=[0.2], SpecularTransmittance=[0.1, 0.2, 0.3])
+        coefficients = self.surface(study, "Coefficients")
         coefficients.SpecularReflectanceFile = self.file("angles.csv", data.ANGLES)
         coefficients.DiffuseReflectance, coefficients.SpecularTransmittance = [0.0], [0.0]
         coated = self.surface(study, "Coefficients", "coated", DiffuseReflectance=[0.0], OutsideTables="Clamp")
@@ -180,7 +184,9 @@ class SurfacesTest(KindsTest):
         self.surface(study, "ABg", Reflectance=[0.95])
         self.surface(study, "BSDF", BsdfFile=self.file("paint.csv", data.BSDF))
         film = self.surface(study, "Thin film")
-        silica, titania = (self.medium(study, name, RefractiveIndex=n) for name, n in (("silica", 1.46), ("titania", 2.4)))
+        silica, titania = (
+            self.medium(study, name, RefractiveIndex=n) for name, n in (("silica", 1.46), ("titania", 2.4))
+        )
         film.LayerMedia, film.LayerThicknessNm = [silica, titania, silica], [94.2, 57.3, 10]
         black = members(study, "RayMaps::SurfaceProperty")[0]
         mixture = self.surface(study, "Mixture")
@@ -328,7 +334,9 @@ class SourcesTest(KindsTest):
                 },
             },
         )
-        self.assertEqual({source["kind"] for source in written.values()}, set(sources.SCENE_KINDS.values()) - {"crossings"})
+        self.assertEqual(
+            {source["kind"] for source in written.values()}, set(sources.SCENE_KINDS.values()) - {"crossings"}
+        )
 
     def test_crossings_of_another_map(self):
         study, _, _ = self.full_study()
@@ -350,7 +358,9 @@ class SourcesTest(KindsTest):
     def test_every_spectrum(self):
         study, _, _ = self.full_study()
         self.source(study, "Point", "coloured", RGB=[1, 0.5, 0])
-        self.source(study, "Point", "table", Spectrum=sources.SPECTRUM_FILE, SpectrumFile=self.file("led.csv", data.SPECTRUM))
+        self.source(
+            study, "Point", "table", Spectrum=sources.SPECTRUM_FILE, SpectrumFile=self.file("led.csv", data.SPECTRUM)
+        )
         self.source(study, "Point", "lines", Spectrum=sources.LINES, LinesNm=[632.8, 543.5], LineShares=[3, 1])
         self.source(study, "Point", "laser", Spectrum=sources.LINES)
         self.source(study, "Point", "bulb", Spectrum=sources.BLACK_BODY, TemperatureK=2700)
@@ -371,7 +381,9 @@ class SourcesTest(KindsTest):
 
     def test_illuminants_are_those_of_the_core(self):
         code = "import json, numpy as np; from raymaps.spectral_data import illuminant; "
-        code += f"print(json.dumps([float(illuminant(np.array([560.0]), name)[0]) for name in {sources.ILLUMINANTS!r}]))"
+        code += (
+            f"print(json.dumps([float(illuminant(np.array([560.0]), name)[0]) for name in {sources.ILLUMINANTS!r}]))"
+        )
         self.assertTrue(all(value > 0 for value in json.loads(ask_core(code))))
 
 
@@ -397,7 +409,9 @@ class DetectorsTest(KindsTest):
         study, lens, plate = self.full_study()
         lit = make_detector(self.document, study, "Lit", "Faces")
         texts = [problem.text for problem in check_study(study) if problem.blocks]
-        self.assertEqual(texts, ["Detector 'Lit': it registers light on faces and has none; pick the faces of one body."])
+        self.assertEqual(
+            texts, ["Detector 'Lit': it registers light on faces and has none; pick the faces of one body."]
+        )
         set_references(lit, [(plate, ""), (lens, "")])
         self.assertIn("more than one body", check_study(study)[0].text)
 
@@ -428,6 +442,6 @@ class SettingsTest(KindsTest):
         study, _, _ = self.full_study()
         study.SpectrumFromNm = 800
         texts = [problem.text for problem in check_study(study) if problem.blocks]
-        self.assertEqual(texts, ["Study: the spectrum must go from a shorter to a longer wavelength, got 800 to 780 nm."])
-
-
+        self.assertEqual(
+            texts, ["Study: the spectrum must go from a shorter to a longer wavelength, got 800 to 780 nm."]
+        )

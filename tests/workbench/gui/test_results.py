@@ -1,0 +1,219 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""What the panel tells of a run beside its rays: the effects that it simulates, and light on detectors of every kind."""
+
+import os
+
+import data
+import FreeCADGui
+
+from gui.window import WindowTest, spin, wait_until, window_picture
+from raymaps_wb.compat import QtCore, QtGui, QtWidgets
+from raymaps_wb.gui import false_colours
+from raymaps_wb.gui.detector_view import html
+from raymaps_wb.gui.dock import DETECTORS
+from raymaps_wb.gui.effects_view import lines, sentence
+from raymaps_wb.objects.detector import make_detector
+from raymaps_wb.objects.medium import CATALOGUE
+from raymaps_wb.objects.references import set_references
+from raymaps_wb.objects.source import make_source
+from raymaps_wb.objects.study import members
+from raymaps_wb.objects.surface_property import make_surface_property
+from raymaps_wb.tracer.explain import Effect
+
+EFFECTS = [
+    Effect("fresnel", "smooth interfaces", True, ("surface 'a' of body 'x'", "b", "c"), "", 0.25),
+    Effect("medium_absorption", "absorption in media", True, ("medium 'm'",), "", None),
+    Effect("dispersion", "index over wavelength", False, ("medium 'm'",), "one index", None),
+    Effect("abg", "polished surfaces", False, (), "", None),
+]
+
+
+class ResultsTest(WindowTest):
+    def lit_study(self):
+        """A lamp above a plate, with a detector of each kind."""
+        study, lens, plate = self.full_study()
+        study.Rays = 4000
+        lamp = members(study, "RayMaps::Source")[0]
+        lamp.Kind, lamp.Placement = "Cone", self.placement(5, 5, -2, (1, 0, 0), 180)
+        lamp.HalfAngle = 60
+        rectangle = members(study, "RayMaps::Detector")[0]
+        rectangle.Placement, rectangle.Width, rectangle.Height = self.placement(5, 5, -8.9), 40, 30
+        rectangle.ResolutionX, rectangle.ResolutionY = 20, 15
+        white = make_surface_property(self.document, study, "white", "Lambertian")
+        black = members(study, "RayMaps::SurfaceProperty")[0]
+        set_references(black, [(lens, "Face5")])
+        set_references(white, [(plate, "")])
+        face = make_detector(self.document, study, "On plate", "Faces")
+        set_references(face, [(plate, "Face6")])
+        make_detector(self.document, study, "Sky", "Far field")
+        self.document.recompute()
+        return study
+
+    def measured(self, name):
+        """Figures and picture of a detector in its tab."""
+        self.panel.detectors.clear()
+        self.panel.detectors.names.setCurrentText(name)
+        self.panel.measure()
+        self.assertTrue(wait_until(self.panel.detectors.text.text, 30))
+        return self.panel.detectors.text.text()
+
+    def picture_of(self, widget, name):
+        folder = os.environ.get("RAYMAPS_PICTURES")
+        if folder:
+            spin(0.3)
+            widget.grab().save(os.path.join(folder, name))
+
+    def test_detectors_of_every_kind(self):
+        study = self.lit_study()
+        self.run_to_the_end(study)
+        self.ask("true", 200)
+        self.panel.tabs.setCurrentIndex(DETECTORS)
+        names = self.panel.detectors.names
+        self.assertTrue(wait_until(lambda: names.count() == 3, 30))
+        self.assertEqual([names.itemText(i) for i in range(3)], ["Detector", "On plate", "Sky"])
+        for name, unit, has_picture in (
+            ("Detector", "W/mm²", True),
+            ("On plate", "W/mm²", False),
+            ("Sky", "W/sr", True),
+        ):
+            text = self.measured(name)
+            self.assertIn(unit, text, name)
+            self.assertIn("±", text)
+            pixmap = self.panel.detectors.picture.pixmap()
+            self.assertEqual(pixmap is not None and not pixmap.isNull(), has_picture, name)
+            self.picture_of(self.panel, f"detector_{name.replace(' ', '_')}.png")
+        self.ask("~true", 200)
+        self.assertTrue(wait_until(lambda: "0 by 0 rays" in self.panel.detectors.text.text(), 30))
+        # Far fields are saved as luminaires.
+        self.ask("true", 200)
+        self.measured("Sky")
+        path = os.path.join(self.folder, "sky.ies")
+        self.panel.detectors._save(path)
+        self.assertTrue(wait_until(lambda: os.path.isfile(path), 30), self.panel.detectors.text.text())
+        with open(path, encoding="latin-1") as file:
+            self.assertIn("TILT", file.read())
+
+    def test_effects_of_a_run(self):
+        study = self.lit_study()
+        study.Without = ["crossings"]
+        self.run_to_the_end(study)
+        self.assertTrue(wait_until(lambda: "Simulates" in self.panel.effects_line.text(), 30))
+        self.assertIn("lambertian", self.panel.effects_line.text())
+        self.assertIn("Switched off: crossings (rectangles register nothing)", self.panel.effects_line.text())
+        self.panel.tabs.setCurrentWidget(self.panel.effects)
+        tree = self.panel.effects
+        self.assertTrue(wait_until(lambda: not tree.isColumnHidden(2), 30))
+        items = [tree.topLevelItem(i) for i in range(tree.topLevelItemCount())]
+        self.assertTrue(any("%" in item.text(2) for item in items))
+        self.assertEqual(items[-1].text(0), "not needed")
+        self.picture_of(self.panel, "effects_tab.png")
+
+    def test_the_words_about_effects(self):
+        text = sentence(EFFECTS)
+        self.assertTrue(text.startswith("Simulates 2 of 4 effects: fresnel, medium absorption."), text)
+        self.assertIn("Switched off: dispersion (one index)", text)
+        self.assertEqual(
+            lines(EFFECTS),
+            [
+                "simulates fresnel because of surface 'a' of body 'x', b and 1 more",
+                "simulates medium absorption because of medium 'm'",
+                "leaves out dispersion: one index",
+            ],
+        )
+        self.panel._show_effects(EFFECTS)
+        tree = self.panel.effects
+        rows = [(tree.topLevelItem(i).text(0), tree.topLevelItem(i).text(1)) for i in range(tree.topLevelItemCount())]
+        self.assertEqual(
+            rows,
+            [
+                ("fresnel", "surface 'a' of body 'x' (+2)"),
+                ("medium absorption", "medium 'm'"),
+                ("dispersion", "switched off: one index"),
+                ("not needed", "1 effects"),
+            ],
+        )
+
+    def test_figures_of_any_detector(self):
+        text = html(
+            {"flux_w": 0.5, "flux_stderr_w": 0.01, "mean_w_per_sr": None, "max_w_per_sr": 2.0, "without": ["abg"]}
+        )
+        for words in ("500 ± 10 mW", "2 ± 0 W/sr", "abg"):
+            self.assertIn(words, text)
+        self.assertNotIn("mean", text)
+        self.assertIn("table", html({}))
+
+    def test_false_colours(self):
+        path = data.write(
+            self.folder, "map.csv", '# detector: "a"\nx_mm,y_mm,irradiance_w_per_mm2\n0,0,0\n1,0,1\n0,2,\n1,2,4\n'
+        )
+        shown = false_colours.read_map(path)
+        self.assertEqual((shown.x, shown.y, shown.name), ((-0.5, 1.5), (-1, 3), "W/mm²"))
+        self.assertEqual((shown.values[0], shown.values[1][1]), ([0, 1], 4))
+        image = false_colours.picture(shown, 300).toImage()
+        top_right = QtGui.QColor(image.pixel(int(0.75 * 238), 16 + 20))
+        self.assertGreater(top_right.red(), 230)
+        bottom_left = QtGui.QColor(image.pixel(30, image.height() - 60))
+        self.assertLess(bottom_left.red(), 30)
+        self.assertIsNone(
+            false_colours.read_map(data.write(self.folder, "faces.csv", "x_mm,y_mm,z_mm,flux_w\n1,2,3,4\n"))
+        )
+        self.assertIsNone(false_colours.read_map(os.path.join(self.folder, "gone.csv")))
+        self.assertEqual(false_colours.colour(float("nan")), (128, 128, 128))
+
+
+class GlyphsTest(WindowTest):
+    def test_every_source_is_drawn_where_it_is(self):
+        study, lens, plate = self.full_study()
+        for obj in (lens, plate):
+            obj.Visibility = False
+        view = FreeCADGui.activeDocument().activeView()
+        view.setAnimationEnabled(False)
+        kinds = ("Gaussian beam", "Sun", "Luminaire", "Ray file", "Crossings", "Cone", "Disc", "Point")
+        for i, kind in enumerate(kinds):
+            source = make_source(self.document, study, kind, kind)
+            source.Placement.Base = self.vector(15 * (i % 4), 25 * (i // 4), 0)
+            source.Divergence, source.Radius = 8, 3
+        study.Group[1].ViewObject.Visibility = False
+        self.document.recompute()
+        view.viewAxonometric()
+        view.fitAll()
+        spin(0.3)
+        shown = self.picture("glyphs.png")
+        folder = os.environ.get("RAYMAPS_PICTURES")
+        if folder:
+            shown.save(os.path.join(folder, "glyphs.png"))
+        for kind in kinds:
+            source = next(obj for obj in study.Group if obj.Label == kind)
+            source.ViewObject.Visibility = False
+            self.assertNotEqual(shown, self.picture("without.png"), kind)
+            source.ViewObject.Visibility = True
+        red = next(obj for obj in study.Group if obj.Label == "Disc")
+        red.Spectrum = "Lines"
+        spin(0.1)
+        self.assertNotEqual(shown, self.picture("red.png"))
+
+    def test_detectors_without_a_place_are_not_drawn(self):
+        study, _, _ = self.full_study()
+        for kind, n in (("Rectangle", True), ("Faces", False), ("Far field", False)):
+            detector = make_detector(self.document, study, kind, kind)
+            self.assertEqual(detector.ViewObject.Proxy.root.getNumChildren() > 0, n, kind)
+
+
+class PicturesTest(WindowTest):
+    def test_picture_of_a_medium(self):
+        folder = os.environ.get("RAYMAPS_PICTURES") or self.folder
+        study = self.open_example("led_collimator")
+        medium = members(study, "RayMaps::Medium")[0]
+        medium.Kind, medium.Catalogue = CATALOGUE, "PMMA"
+        window = FreeCADGui.getMainWindow()
+        for name in ("Report view", "Python console"):
+            window.findChild(QtWidgets.QDockWidget, name).hide()
+        combo = window.findChild(QtWidgets.QDockWidget, "Combo View")
+        if combo is not None:
+            window.resizeDocks([combo], [330], QtCore.Qt.Horizontal)
+        FreeCADGui.getDocument(study.Document.Name).setEdit(medium.Name, 0)
+        spin(0.5)
+        window_picture(os.path.join(folder, "panels.png"))
+        self.assertGreater(os.path.getsize(os.path.join(folder, "panels.png")), 50_000)
+        FreeCADGui.getDocument(study.Document.Name).resetEdit()
+        FreeCADGui.Control.closeDialog()
