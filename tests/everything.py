@@ -46,7 +46,10 @@ SURFACES: dict[str, Any] = {
     "polished": {"kind": "fresnel"},
     "ground": {"kind": "rough", "roughness": 0.3},
     "brushed": {"kind": "rough", "roughness": 0.15},
-    "satin": {"kind": "mixture", "parts": [{"weight": 0.6, "surface": "polished"}, {"weight": 0.4, "surface": "ground"}]},
+    "satin": {
+        "kind": "mixture",
+        "parts": [{"weight": 0.6, "surface": "polished"}, {"weight": 0.4, "surface": "ground"}],
+    },
     "coated": {"kind": "thin_film", "layers": [{"medium": "MgF2", "thickness_nm": 99.6}]},
     "filter": {
         "kind": "coefficients",
@@ -72,10 +75,9 @@ MEASURED = "# side: front\n# goes: reflection\ntheta_i,theta_s,phi_s,bsdf\n" + "
 def write_rays(path: Path) -> None:
     """A small Zemax ray file: a fan of rays from the origin along z."""
     header = struct.pack("<ii100s", 1010, 50, b"fan")
-    header += struct.pack("<ffff", 1.0, 1.0, 0.55, 0.0) + struct.pack("<ff", 0.0, 0.0)
-    header += struct.pack("<i", 4) + struct.pack("<fff", 0.0, 0.0, 0.0) + struct.pack("<fff", 0.0, 0.0, 0.0)
-    header += struct.pack("<fff", 1.0, 1.0, 1.0) + struct.pack("<ffff", 0.0, 0.0, 0.0, 0.0)
-    header += struct.pack("<iiii", 0, 0, 0, 0)
+    header += struct.pack("<7f", 1.0, 1.0, 0.55, 0.0, 0.0, 0.0, 0.0)
+    header += struct.pack("<i9f4f", 4, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0)
+    header += struct.pack("<4i", 0, 0, 0, 0)
     x = np.linspace(-0.3, 0.3, 50)
     rows = np.column_stack([x, 0 * x, 0 * x, x, 0 * x, np.sqrt(1 - x * x), 1 + x]).astype("<f4")
     path.write_bytes(header + rows.tobytes())

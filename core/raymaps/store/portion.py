@@ -20,6 +20,7 @@ from raymaps.errors import MapError
 from raymaps.kinds import KILL_REASONS, EventKind
 from raymaps.names import Names
 from raymaps.store.columns import COLUMNS, REMEDY, pack_columns, read_columns
+from raymaps.store.identities import Identities
 from raymaps.store.lights import Lights, Stored, distinct_lights
 from raymaps.store.sealed import seal, unseal
 from raymaps.store.signatures import NONE, SignatureTable
@@ -93,34 +94,6 @@ class PortionSummary:
 def _step_code(kind: Any, index: Any, medium: Any, registered: Any) -> NDArray[np.int64]:
     wide = [np.asarray(part).astype(np.int64) for part in (kind, index, medium, registered)]
     return wide[0] | (wide[3] << 8) | ((wide[2] + 1) << 16) | ((wide[1] + 1) << 32)
-
-
-class _Identities:
-    """Numbers that stand for names in content hashes: so these don't depend on what else a scene holds."""
-
-    def __init__(self, names: Names):
-        self._media = _name_hashes(names.media)
-        self._faces = _name_hashes(tuple(names.face_label(face) for face in range(len(names.faces))))
-        self._detectors = _name_hashes(names.detectors)
-        self._sources = _name_hashes(names.sources)
-
-    def of_events(self, kind: Any, face: Any, medium: Any) -> NDArray[np.int64]:
-        """A word for what happened at each event, (n_events,)."""
-        return self._faces[face] ^ (self._media[medium] << 1) ^ np.asarray(kind).astype(np.int64)
-
-    def of_crossings(self, detector: Any, registered: Any) -> NDArray[np.int64]:
-        """A word for each crossing, (n_crossings,)."""
-        return self._detectors[detector] ^ np.asarray(registered).astype(np.int64)
-
-    def of_sources(self, source: Any) -> NDArray[np.int64]:
-        """A word for the source of each ray, (n_rays,)."""
-        return self._sources[source]
-
-
-def _name_hashes(names: tuple[str, ...]) -> NDArray[np.int64]:
-    """A number for each name, and at the end, at index -1, one for none."""
-    digests = [hashlib.blake2b(name.encode(), digest_size=8).digest() for name in names]
-    return np.array([*(int.from_bytes(digest, "little", signed=True) for digest in digests), 0], np.int64)
 
 
 def _signature_table(
@@ -209,7 +182,7 @@ def write_portion(
             "angle_rad": history.crossing_angle_rad,
         },
     }  # fmt: skip
-    identities = _Identities(names)
+    identities = Identities(names)
     content = hash_rays(
         history.first_ray, identities.of_sources(history.source), history.event_offsets,
         identities.of_events(history.kind, face, history.medium), history.triangle, _bits(position),
@@ -487,7 +460,7 @@ class Portion:
         kind, face, medium = table.kind[step], table.face[step], table.medium[step]
         source, detector = table.ray_source[self.ray_signature], self.crossing_detector
         if "lights.parquet" in self.summary.file_bytes:
-            identities = _Identities(self.names)
+            identities = Identities(self.names)
             sources = identities.of_sources(source)
             events = identities.of_events(kind, face, medium)
             crossings = identities.of_crossings(detector, self.crossing_registered)
