@@ -11,6 +11,7 @@ from raymaps.compile import compile_scene
 from raymaps.errors import SceneError
 from raymaps.formats.ray_file import write_rays
 from raymaps.formats.ray_set import RaySet
+from raymaps.kinds import EventKind
 from raymaps.ray_sets import crossing_rays
 from raymaps.run import simulate
 from raymaps.scene import load_scene
@@ -21,6 +22,7 @@ from tests.physics.scenes import (
     agrees,
     ball,
     body,
+    box,
     chi_square_agrees,
     disc,
     disc_source,
@@ -152,9 +154,35 @@ def at_places(n, **more):
 
 
 def test_rays_of_wavelengths_in_a_spectral_scene(tmp_path):
-    position, light = spectral_rays(tmp_path, at_places(4, wavelength_nm=np.array([410.0, 449.9, 561, 700])))
+    """All their light is in one band, and they are narrowed to their wavelength from the start."""
+    nm = np.array([410.0, 449.9, 561, 700])
+    position, light = spectral_rays(tmp_path, at_places(4, wavelength_nm=nm))
     expected = np.eye(6)[[0, 0, 3, 5]]
-    assert np.array_equal(light, expected[np.round(position[:, 0]).astype(int)])
+    index = np.round(position[:, 0]).astype(int)
+    assert np.array_equal(light, expected[index])
+    raymap = RayMap.open(tmp_path / "spectral.raymap")
+    stored = np.concatenate([portion.ray_wavelength_nm for portion in raymap.portions])
+    assert stored[stored > 0] == pytest.approx(nm[index])
+
+
+def test_rays_of_wavelengths_break_by_them(tmp_path):
+    """Snell's law with the index of each ray's own wavelength, not of its band (Cauchy: n = 1.5 + 0.05 µm² / λ²)."""
+    nm = np.array([405.0, 445.0, 690.0])
+    slanted = np.tile([0.6, 0, 0.8], (3, 1))
+    rays = RaySet(np.array([[0, -2.0, 0], [0, 0, 0], [0, 2, 0]]), slanted, np.ones(3), wavelength_nm=nm)
+    glass = {"refractive_index": {"formula": "cauchy", "coefficients": [1.5, 0.05]}}
+    other = {"kind": "point", "flux_w": 1e-6, "position_mm": [0, 0, 40], "spectrum": SPECTRAL}
+    h = traced(
+        tmp_path, {"Block": body(box((-30, -30, 5), (30, 30, 30)), "clear", "glass")}, rays=3000,
+        media={"glass": glass}, surfaces={"clear": {"kind": "fresnel"}}, settings=BANDS,
+        sources={"S": rays_source(tmp_path, rays), "P": other},
+    )  # fmt: skip
+    entered = (h.kind == EventKind.FRESNEL_REFRACTION) & (h.number == 1) & (h.ray_source[h.ray] == 0)
+    way = unit(h.way[np.flatnonzero(entered) + 1])
+    which_ray = np.round(h.position[entered][:, 1] / 2).astype(int) + 1
+    index = 1.5 + 0.05 / (nm / 1000) ** 2
+    assert np.abs(way[:, 0] - (0.6 / index)[which_ray]).max() < 2e-5
+    assert set(which_ray) == {0, 1, 2}
 
 
 def test_rays_of_spectra_in_a_spectral_scene(tmp_path):
@@ -284,6 +312,41 @@ def test_crossings_light_what_lies_behind_as_their_source_would(tmp_path):
     mine = (h.light[h.crossing_row] == [1, 0, 0]).all(axis=1)
     cone = 2 * math.pi * (1 - math.cos(math.radians(30)))
     agrees("red", *h.flux_w(h.crossings_per_ray(mine)), 3 * solid_angle / cone, rounding=1e-3)
+
+
+@pytest.mark.parametrize("store", ["rgb", "spectral"])
+def test_crossings_of_a_spectral_map(tmp_path, store):
+    """Two sources of two bands each: whole spectra go on as they were, colours as colours."""
+
+    def half(low, high):
+        return {"kind": "table", "wavelength_nm": [low, (low + high) / 2, high], "value": [0.0, 1.0, 0.0]}
+
+    sources = {
+        "Blue": disc_source((0, 0, 0), (0, 0, 1), 1) | {"spectrum": half(400.0, 500.0)},
+        "Red": disc_source((10, 0, 0), (0, 0, 1), 1) | {"spectrum": half(600.0, 700.0)},
+    }
+    settings = {**BANDS, "store": store}
+    gate = {"Gate": rectangle((5, 0, 5), 30, 30, normal=[0, 0, -1])}
+    traced(tmp_path, {}, rays=2000, name="first", sources=sources, detectors=gate, settings=settings)
+    other = {"kind": "point", "flux_w": 1, "position_mm": [50, 0, 0], "spectrum": SPECTRAL}
+    h = traced(
+        tmp_path, {}, rays=2000, name="second", sources={"S": crossings_source(), "P": other},
+        settings={**BANDS, "store": "spectral"},
+    )  # fmt: skip
+    mine = h.first[h.ray_source == 0]
+    red = h.position[mine, 0] > 5
+    light = h.light[mine]
+    share_agrees("red", red.sum(), len(mine), 0.5)
+    if store == "spectral":
+        assert np.abs(light[red] - [0, 0, 0, 0, 0.5, 0.5]).max() < 1e-6
+        assert np.abs(light[~red] - [0.5, 0.5, 0, 0, 0, 0]).max() < 1e-6
+    else:
+        assert (light[red][:, 4:].sum(axis=1) > 0.7).all()
+        assert (light[~red][:, :2].sum(axis=1) > 0.7).all()
+    plain = emitted(tmp_path, {}, 500, sources={"S": crossings_source()})
+    red = plain.position[:, 0] > 5
+    assert (plain.light[red][:, 0] > 0.9).all()
+    assert (plain.light[~red][:, 2] > 0.5).all()
 
 
 def test_only_registered_crossings_are_emitted(tmp_path):
