@@ -12,17 +12,11 @@ from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
 from raymaps.kinds import ANGLE_STEP_RAD
 from raymaps.materials.values import Integer, Name, Number, Positive, Record, Vector, nonzero
+from raymaps.scene.axes import check_axes, unit_axes
 
 __all__ = ["Detector", "FaceDetector", "FarFieldDetector", "RectangleDetector"]
 
 Cells = Annotated[Integer, Field(ge=1, le=10000)]
-
-
-def _check_axes(normal: Vector, x_axis: Vector, name: str) -> None:
-    n, x = normal, x_axis
-    cross = (n[1] * x[2] - n[2] * x[1], n[2] * x[0] - n[0] * x[2], n[0] * x[1] - n[1] * x[0])
-    if math.hypot(*cross) < 1e-6 * math.hypot(*n) * math.hypot(*x):
-        raise ValueError(f"x_axis must not be parallel to the {name}")
 
 
 class RectangleDetector(Record):
@@ -48,13 +42,13 @@ class RectangleDetector(Record):
 
     @model_validator(mode="after")
     def _axes_differ(self) -> RectangleDetector:
-        _check_axes(self.normal, self.x_axis, "normal")
+        check_axes(self.normal, self.x_axis, "normal")
         return self
 
     @property
     def axes(self) -> NDArray[np.float64]:
         """Unit vectors x, y and normal, (3 axes, 3); right-handed."""
-        return _axes(self.normal, self.x_axis)
+        return unit_axes(self.normal, self.x_axis)
 
     def accepts(self, angle_rad: NDArray[np.floating], max_angle_rad: float | None = None) -> NDArray[np.bool_]:
         """Which crossings the detector registers.
@@ -101,13 +95,13 @@ class FarFieldDetector(Record):
 
     @model_validator(mode="after")
     def _axes_differ(self) -> FarFieldDetector:
-        _check_axes(self.axis, self.x_axis, "axis")
+        check_axes(self.axis, self.x_axis, "axis")
         return self
 
     @property
     def axes(self) -> NDArray[np.float64]:
         """Unit vectors x, y and z = axis, (3 axes, 3); right-handed."""
-        return _axes(self.axis, self.x_axis)
+        return unit_axes(self.axis, self.x_axis)
 
 
 def _detector_kind(value: Any) -> str:
@@ -121,12 +115,3 @@ Detector = Annotated[
     | Annotated[FarFieldDetector, Tag("far_field")],
     Discriminator(_detector_kind),
 ]
-
-
-def _axes(z_axis: Vector, x_axis: Vector) -> NDArray[np.float64]:
-    """Unit vectors x, y, z, (3 axes, 3); right-handed, x as near to ``x_axis`` as can be."""
-    z = np.array(z_axis) / np.linalg.norm(z_axis)
-    x = np.array(x_axis) / np.linalg.norm(x_axis)
-    x = x - (x @ z) * z
-    x /= np.linalg.norm(x)
-    return np.stack([x, np.cross(z, x), z])
