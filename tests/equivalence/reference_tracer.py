@@ -10,16 +10,26 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
+import scipy.optimize
 
 from raymaps.effects.crossings import rectangle_crossing
 from raymaps.effects.fresnel import fresnel_reflectance, refracted_direction
 from raymaps.effects.lambertian import lambertian_direction
 from raymaps.effects.medium_absorption import absorbed_share
+from raymaps.effects.medium_scattering import drawn_free_path, phase_cumulated
 from raymaps.effects.mirror import reflected_direction
 from raymaps.effects.mixture import drawn_part
-from raymaps.kernels.random import EMIT_PLACE, IN_MEDIUM, ON_SURFACE, uniforms
+from raymaps.kernels.random import EMIT_PLACE, IN_MEDIUM, ON_SURFACE, SCATTER_DIRECTION, SCATTER_PLACE, uniforms
 from raymaps.kinds import EventKind
-from raymaps.materials import Absorber, FresnelInterface, Lambertian, Mirror, Mixture
+from raymaps.materials import (
+    Absorber,
+    FresnelInterface,
+    HenyeyGreenstein,
+    Lambertian,
+    Mirror,
+    Mixture,
+    TabulatedPhase,
+)
 
 
 @dataclass
@@ -143,6 +153,14 @@ class ReferenceTracer:
             wall = np.where(direction > 0, self.box[1], self.box[0])
             distance = ((wall - start)[moves] / direction[moves]).min()
 
+        found = self.scene.media.get(medium, self.scene.ambient_medium)
+        scattering = sum((np.array(part.coefficient_per_mm) for part in found.scattering), np.zeros(3))
+        scattered = False
+        if scattering.any():
+            a, b, c, d = self.draws(ray, number, SCATTER_PLACE)
+            u, v = (a - 2.0**-33) + b * 2.0**-32, (c - 2.0**-33) + d * 2.0**-32
+            scattered, distance, light = drawn_free_path(light, scattering, distance, u, v)
+
         _, absorption = self.coefficients(medium)
         if absorption.any():
             u, v, _, _ = self.draws(ray, number, IN_MEDIUM)
@@ -155,6 +173,11 @@ class ReferenceTracer:
             light = light * through * light.sum() / (light * through).sum()
 
         end = start + distance * direction
+        if scattered:
+            if number == self.scene.settings.max_events - 1:
+                return Event(EventKind.KILLED_DEPTH, -1, medium, end, light), None
+            light, direction = self.turned(ray, number, found, light, direction)
+            return Event(EventKind.MEDIUM_SCATTERING, -1, medium, end, light), direction
         if left:
             return Event(EventKind.LEFT, -1, medium, end, light), None
         body_name, face = self.owner[triangle]
@@ -173,6 +196,24 @@ class ReferenceTracer:
         surface = self.scene.surfaces[body.face_surfaces.get(face, body.surface)]
         kind, direction, crosses, light = self.interact(surface, ray, number, direction, facing, near, beyond, light)
         return Event(kind, triangle, beyond if crosses else medium, end, light), direction
+
+    def turned(self, ray, number, medium, light, direction):
+        """Light and direction after a scattering."""
+        u, v, w, _ = self.draws(ray, number, SCATTER_DIRECTION)
+        coefficients = np.array([part.coefficient_per_mm for part in medium.scattering])
+        by_part = light * coefficients / np.maximum(coefficients.sum(axis=0), 1e-300)
+        drawn = int(np.searchsorted(np.cumsum(by_part.sum(axis=1)), u * by_part.sum(), side="right"))
+        light = by_part[drawn] * light.sum() / by_part[drawn].sum()
+        phase = medium.scattering[drawn].phase
+        if isinstance(phase, TabulatedPhase):
+            angle = scipy.optimize.brentq(lambda t: 1 - phase_cumulated(phase, math.cos(t)) - v, 0, math.pi, xtol=1e-14)
+            cosine = math.cos(angle)
+        elif isinstance(phase, HenyeyGreenstein) and phase.g != 0:
+            g = phase.g
+            cosine = (1 + g * g - ((1 - g * g) / (1 - g + 2 * g * v)) ** 2) / (2 * g)
+        else:
+            cosine = 2 * v - 1
+        return light, around(direction, cosine, w)
 
     def interact(self, surface, ray, number, direction, facing, near, beyond, light):
         """Kind, direction after it (None if absorbed), whether the ray goes on behind the surface, light."""
