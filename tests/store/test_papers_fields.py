@@ -51,7 +51,8 @@ class Plain:
         self.starts_segment = np.flatnonzero(~self.is_last)  # its segment ends at the next row
 
     def _read_portion(self, folder: Path, events: dict, crossings: dict) -> None:
-        table = {n: pq.read_table(folder / f"{n}.parquet") for n in ("rays", "signatures", "events", "lights", "crossings")}
+        files = ("rays", "signatures", "events", "lights", "crossings")
+        table = {n: pq.read_table(folder / f"{n}.parquet") for n in files}
         columns = {n: {c: t.column(c).to_numpy() for c in t.column_names} for n, t in table.items()}
         steps = columns["signatures"]
         of_signature = {int(s): np.flatnonzero(steps["signature"] == s) for s in np.unique(steps["signature"])}
@@ -422,7 +423,8 @@ def test_a_segment_is_joined_to_its_crossings_by_ray_and_event(workshop_map):
     folder = "regexp_extract(filename, 'portions[/\\\\](\\d+)', 1)"
     sql = f"""
         WITH lights AS (SELECT {folder} AS portion, * FROM read_parquet('{portions}/lights.parquet', filename = true)),
-        events AS (SELECT {folder} AS portion, *, row_number() OVER (PARTITION BY ray ORDER BY file_row_number) - 1 AS event
+        events AS (SELECT {folder} AS portion, *,
+                   row_number() OVER (PARTITION BY ray ORDER BY file_row_number) - 1 AS event
                    FROM read_parquet('{portions}/events.parquet', file_row_number = true, filename = true))
         SELECT sum(r + g + b) FROM read_parquet('{portions}/crossings.parquet') JOIN events USING (ray, event)
         JOIN lights USING (portion, light) WHERE detector = 1

@@ -14,7 +14,7 @@ from raymaps.kinds import EventKind
 from raymaps.names import Names
 from raymaps.store import Portion, RayMap
 from raymaps.store.columns import COLUMNS
-from raymaps.store.portion import write_portion
+from raymaps.store.writing import write_portion
 from raymaps.traced import FaceIndex
 
 N_SOURCES, N_MEDIA, N_DETECTORS = 3, 2, 2

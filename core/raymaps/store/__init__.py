@@ -3,9 +3,10 @@
 
 from raymaps.names import Names
 from raymaps.store.lights import Lights, Stored
-from raymaps.store.portion import LedgerEntry, Portion, PortionSummary
+from raymaps.store.portion import Portion
 from raymaps.store.raymap import MAP_VERSION, Manifest, MapWriter, RayMap
 from raymaps.store.signatures import NONE, SignatureTable
+from raymaps.store.summary import LedgerEntry, PortionSummary
 
 __all__ = [
     "MAP_VERSION",

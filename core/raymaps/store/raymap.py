@@ -24,8 +24,10 @@ from raymaps.geometry import BodyMesh, load_bodies, write_ply
 from raymaps.names import Names
 from raymaps.scene import CrossingsSource, FaceGroup, Geometry, RaysSource, Scene, load_scene
 from raymaps.store.lights import Stored
-from raymaps.store.portion import Portion, PortionSummary, write_portion
+from raymaps.store.portion import Portion
 from raymaps.store.sealed import seal, unseal
+from raymaps.store.summary import PortionSummary
+from raymaps.store.writing import write_portion
 from raymaps.traced import FaceIndex, TracedPortion
 
 __all__ = ["MAP_FORMAT", "MAP_VERSION", "Manifest", "MapWriter", "RayMap"]

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""What is known of a portion without opening its columns."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+
+from raymaps.store.sealed import seal, unseal
+
+__all__ = ["SUMMARY_FILE", "LedgerEntry", "PortionSummary", "folder_name"]
+
+SUMMARY_FILE = "portion.json"
+
+
+def folder_name(first_ray: int) -> str:
+    """Name of a portion's folder."""
+    return f"{first_ray:012d}"
+
+
+@dataclass(frozen=True)
+class LedgerEntry:
+    """Light of a source's rays that ended in one way, as a sum of their relative light.
+
+    ``what`` is "body" or "medium" (absorbed; ``index`` says by which), "escaped", or "killed" (``index`` is the
+    `EventKind`).
+    """
+
+    source: int
+    what: str
+    index: int
+    light: float
+
+
+@dataclass(frozen=True)
+class PortionSummary:
+    """What is known of a portion without opening its columns; stored as ``portion.json``."""
+
+    first_ray: int
+    n_rays: int
+    n_events: int
+    n_crossings: int
+    n_signatures: int
+    rays_of_source: tuple[int, ...]
+    content: tuple[int, int]
+    ledger: tuple[LedgerEntry, ...]
+    file_bytes: dict[str, int]
+    file_sha256: dict[str, str]
+    seconds: dict[str, float]
+
+    def to_json(self) -> str:
+        """As text."""
+        data = {**self.__dict__, "content": [f"{word:016x}" for word in self.content]}
+        return seal({**data, "ledger": [entry.__dict__ for entry in self.ledger]})
+
+    @classmethod
+    def from_json(cls, text: str) -> PortionSummary:
+        """From text; raises `KeyError`, `TypeError` or `ValueError` if it is damaged."""
+        data = unseal(json.loads(text))
+        return cls(
+            first_ray=int(data["first_ray"]),
+            n_rays=int(data["n_rays"]),
+            n_events=int(data["n_events"]),
+            n_crossings=int(data["n_crossings"]),
+            n_signatures=int(data["n_signatures"]),
+            rays_of_source=tuple(int(n) for n in data["rays_of_source"]),
+            content=(int(data["content"][0], 16), int(data["content"][1], 16)),
+            ledger=tuple(
+                LedgerEntry(int(entry["source"]), str(entry["what"]), int(entry["index"]), float(entry["light"]))
+                for entry in data["ledger"]
+            ),
+            file_bytes={str(name): int(size) for name, size in data["file_bytes"].items()},
+            file_sha256={str(name): str(digest) for name, digest in data["file_sha256"].items()},
+            seconds={str(stage): float(seconds) for stage, seconds in data.get("seconds", {}).items()},
+        )
