@@ -13,6 +13,7 @@ from raymaps.run import simulate
 from tests.physics.scenes import ball, body, box, disc_source, rectangle, write_scene
 
 VISIBLE = (380.0, 780.0)
+WARM = {"kind": "black_body", "temperature_k": 3000}
 
 MEDIA: dict[str, Any] = {
     "air": {"refractive_index": 1.0003},
@@ -89,7 +90,7 @@ def sources() -> dict[str, Any]:
     return {
         "Point": {"kind": "point", "flux_w": 1.0, "position_mm": [8, 8, 8], "rgb": [1, 0.8, 0.6]},
         "Cone": {**at, "kind": "cone", "half_angle_deg": 40, "spectrum": {"kind": "illuminant", "name": "D65"}},
-        "Disc": {**disc_source((-8, 2, 12), (0, 0, -1), 2.0), "spectrum": {"kind": "black_body", "temperature_k": 3000}},
+        "Disc": {**disc_source((-8, 2, 12), (0, 0, -1), 2.0), "spectrum": WARM},
         "Laser": {
             **at, "kind": "gaussian_beam", "waist_radius_mm": 0.5, "divergence_deg": 1.0,
             "spectrum": {"kind": "lines", "wavelength_nm": [532.0, 632.8], "share": [2, 1]},
@@ -122,8 +123,9 @@ def bodies() -> dict[str, Any]:
     """Bodies of every surface property and medium, none touching another, in a white room."""
     spots = [(x, y) for x in (-10, -5, 0, 5, 10) for y in (-10, -5, 0, 5, 10)]
     kinds = [
-        ("polished", "glass"), ("polished", "water"), ("polished", "tinted"), ("polished", "milk"), ("polished", "metal"),
-        ("ground", "glass"), ("brushed", "metal"), ("satin", "glass"), ("coated", "glass"), ("coated", "metal"),
+        ("polished", "glass"), ("polished", "water"), ("polished", "tinted"), ("polished", "milk"),
+        ("polished", "metal"), ("ground", "glass"), ("brushed", "metal"), ("satin", "glass"),
+        ("coated", "glass"), ("coated", "metal"),
         ("filter", "glass"), ("filter", None), ("stained", "glass"), ("stained", None), ("scratched", None),
         ("measured", None), ("mirror", None), ("black", None), ("red", None), ("white", None),
     ]  # fmt: skip

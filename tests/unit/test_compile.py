@@ -322,7 +322,8 @@ def test_tables_say_what_the_scene_says(tmp_path):
     mirror = names.surfaces.index("mirror")
     assert compiled.effect_data["mirror"].reflectance[mirror].tolist() == [0.9, 0.8, 0.7]
     glass = names.media.index("glass")
-    assert compiled.effect_data["medium_absorption"].absorption[glass] / compiled.frame.unit_mm == pytest.approx([0.05, 0.02, 0.0])
+    absorption = compiled.effect_data["medium_absorption"].absorption[glass]
+    assert absorption / compiled.frame.unit_mm == pytest.approx([0.05, 0.02, 0.0])
     for axes in compiled.effect_data["crossings"].axes:
         assert axes @ axes.T == pytest.approx(np.eye(3), abs=1e-14)
         assert np.linalg.det(axes) == pytest.approx(1)
