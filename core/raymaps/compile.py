@@ -289,17 +289,19 @@ def _medium_of_source(
             )
         return outside[body]
     if isinstance(source, RaysSource | CrossingsSource):
-        return _medium_at(scene, placed_sample_mm(source, ray_sets[name], PROBES), meshes, names)
-    point = np.array(source.position_mm)
+        points = placed_sample_mm(source, ray_sets[name], PROBES)
+    else:
+        points = np.array([source.position_mm])
     for mesh, body_ in zip(meshes, scene.bodies.values(), strict=True):
         surfaces = {body_.face_surfaces.get(face, body_.surface) for face in mesh.face_names}
         black = all(scene.surfaces[s].kind == "absorber" for s in surfaces)
-        if body_.medium is None and black and mesh.is_closed and abs(winding_number(mesh.corners_mm, point)) > 0.5:
+        shuts_in = body_.medium is None and black and mesh.is_closed
+        if shuts_in and all(abs(winding_number(mesh.corners_mm, point)) > 0.5 for point in points):
             raise SceneError(
                 f"Source '{name}' lies inside body '{mesh.name}', which absorbs all light: move the source out of the "
                 "body, or give the body a medium or another surface."
             )
-    return _medium_at(scene, point[None, :], meshes, names)
+    return _medium_at(scene, points, meshes, names)
 
 
 def _tables(

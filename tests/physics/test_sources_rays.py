@@ -265,6 +265,17 @@ def test_rays_within_a_medium_start_in_it(tmp_path):
     assert h.position[h.first].min(axis=0) == pytest.approx([10, 0, 0], abs=1e-4)
 
 
+def test_rays_that_all_start_inside_an_opaque_body_are_told(tmp_path):
+    """Not those of which some start outside."""
+    bodies = {"Housing": body(ball(5), "black")}
+    inside = rays_source(tmp_path, at_places(4))
+    black = {"black": {"kind": "absorber"}}
+    with pytest.raises(SceneError, match=r"^Source 'S' lies inside body 'Housing', which absorbs all light"):
+        compile_scene(load_scene(write_scene(tmp_path, bodies, surfaces=black, sources={"S": inside})))
+    partly = rays_source(tmp_path, at_places(9))
+    compile_scene(load_scene(write_scene(tmp_path, bodies, surfaces=black, sources={"S": partly})))
+
+
 # --------------------------------------------------------------------------------------------------- crossings
 
 

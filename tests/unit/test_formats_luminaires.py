@@ -9,7 +9,7 @@ import pytest
 from raymaps.errors import FormatError, SceneError
 from raymaps.formats.luminaire_files import read_luminaire
 from raymaps.formats.photometry_out import Photometry, eulumdat_text, ies_text
-from raymaps.scene import scene_from_dict
+from raymaps.scene import IntensityTable, scene_from_dict
 
 GAMMA = (0.0, 45.0, 90.0)
 
@@ -259,6 +259,31 @@ def one_sentence(tmp_path, text, words, name):
     assert sentence.endswith(".")
     assert "\n" not in sentence
     assert len(sentence) < 400
+
+
+@pytest.mark.parametrize(
+    "text",
+    [ies((0, 90), [row(1), row(2)]), ldt(2, tuple(range(0, 360, 60)), [row(1), row(2), row(3), row(4)])],
+    ids=["ies", "ldt"],
+)
+def test_scrambled_files_are_read_or_refused(tmp_path, text):
+    """Characters changed, taken out and put in at a few places: a sound table or one sentence."""
+    sentences = []
+    for seed in range(150):
+        rng = np.random.default_rng(seed)
+        scrambled = text
+        for _ in range(rng.integers(1, 6)):
+            at = int(rng.integers(len(scrambled)))
+            put = "".join(rng.choice(list("0123456789.-e+ \n\rnaif,"), rng.integers(0, 4)))
+            scrambled = scrambled[:at] + put + scrambled[at + int(rng.integers(0, 4)) :]
+        try:
+            data = read(tmp_path, scrambled)
+        except FormatError as error:
+            sentences.append(str(error))
+        else:
+            IntensityTable.model_validate(data)
+    assert len(sentences) > 50
+    assert all(sentence.endswith(".") and "\n" not in sentence for sentence in sentences)
 
 
 @pytest.mark.parametrize(

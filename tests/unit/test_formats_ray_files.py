@@ -296,6 +296,41 @@ def test_damage_is_told_in_one_sentence(tmp_path, damage):
     assert len(sentence) < 400
 
 
+def scrambled(content, seed):
+    """Bytes changed, taken out and put in at a few places, of the header or of the rays."""
+    rng = np.random.default_rng(seed)
+    data = bytearray(content)
+    for _ in range(rng.integers(1, 6)):
+        in_texts = 288 < len(data) > 36288 and rng.random() < 0.9  # long texts that nobody reads
+        at = int(rng.choice([*range(288), *range(36288, len(data))]) if in_texts else rng.integers(len(data)))
+        end = at + int(rng.integers(0, 9))
+        data[at:end] = bytes(rng.integers(0, 256, rng.integers(0, 9), dtype=np.uint8))
+    return bytes(data)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        tm25(with_columns([2, 1, 2]), flags=(1, 1, 1, 0, 0, 0, 0, 1), kind=4, spectra=[[(400, 1), (500, 2)]] * 2),
+        dat(),
+        dat_text(),
+    ],
+    ids=["tm25", "dat", "text"],
+)
+def test_scrambled_files_are_read_or_refused(tmp_path, content):
+    sentences = []
+    for seed in range(100):
+        try:
+            rays = read(tmp_path, scrambled(content, seed))
+        except FormatError as error:
+            sentences.append(str(error))
+        else:
+            assert np.isfinite(rays.position_mm).all()
+            assert rays.power.min() >= 0
+    assert len(sentences) > 30
+    assert all(sentence.endswith(".") and "\n" not in sentence for sentence in sentences)
+
+
 def own(tmp_path, change=None, **about):
     """Our own file, its table or metadata changed."""
     path = tmp_path / "source.bin"
