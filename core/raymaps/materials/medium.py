@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationInfo, model_validator
 
 from raymaps.formats.medium_files import read_medium
+from raymaps.formats.phase_csv import read_phase_function
 from raymaps.materials.catalogue import catalogue_medium
 from raymaps.materials.dispersion import (
     FORMULAS,
@@ -187,7 +188,29 @@ class TabulatedPhase(Record):
         return self
 
 
-PhaseFunction = Annotated[IsotropicPhase | HenyeyGreenstein | TabulatedPhase, Field(discriminator="kind")]
+class PhaseFile(Record):
+    """A phase function in a CSV file of two columns, angle in degrees and value; a table when the scene is read."""
+
+    kind: Literal["file"] = "file"
+    file: str = Field(min_length=1, description="CSV file, relative to the scene file.")
+
+
+def _table_of_file(value: Any, info: ValidationInfo) -> Any:
+    """The table that a reference to a file stands for; everything else as it is."""
+    if not (isinstance(value, dict) and value.get("kind") == "file"):
+        return value
+    return {"kind": "table", **file_content(PhaseFile.model_validate(value).file, info, read_phase_function)}
+
+
+PhaseFunction = Annotated[
+    Annotated[IsotropicPhase | HenyeyGreenstein | TabulatedPhase, Field(discriminator="kind")],
+    BeforeValidator(
+        _table_of_file,
+        json_schema_input_type=Annotated[
+            IsotropicPhase | HenyeyGreenstein | TabulatedPhase | PhaseFile, Field(discriminator="kind")
+        ],
+    ),
+]
 
 
 class Scattering(Record):
