@@ -12,6 +12,7 @@ import pytest
 
 from raymaps.criterion import query
 from raymaps.kinds import EventKind
+from raymaps.results.cells import _through
 from raymaps.results.detector import evaluate_detector
 from raymaps.store import RayMap
 from tests.physics.adding_doubling import h_function
@@ -61,7 +62,7 @@ def test_free_paths_are_exponential_and_tell_nothing_of_what_happens_at_their_en
     """The first event comes after the distance r with the density m exp(-m r), m = scattering + absorption; whether it
     is scattering has the probability of the albedo, whatever r; so do all later ones.
     """
-    h = in_a_ball(tmp_path, milk(0.6, 0.2), rays=100_000)
+    h = in_a_ball(tmp_path, milk(0.6, 0.2), rays=300_000)
     first = h.first + 1
     r = np.linalg.norm(h.position[first], axis=1)
     agrees("mean free path", r.mean(), r.std() / math.sqrt(len(r)), 1 / 0.8)
@@ -306,3 +307,11 @@ def test_colours_at_a_detector_inside_the_medium(tmp_path):
     light = evaluate_detector(h.raymap, "D").cell_flux_rgb_w.sum(axis=(0, 1))
     expected = rgb * np.exp(-absorption * 0.6)
     agrees("bands", light, np.sqrt(expected / h.n_rays), expected)
+
+
+def test_colours_of_what_hardly_gets_through():
+    """Optical depths of a million leave the colour of what they differ by; no light stays no light."""
+    light = np.array([[0.5, 0.3, 0.2], [0.0, 0.5, 0.5], [0.0, 0.0, 0.0]])
+    depth = np.array([[1e6, 1e6 + 1, 2e6], [1.0, 1e5, 2e5], [1.0, 2.0, 3.0]])
+    weight = np.array([0.5, 0.3 * math.exp(-1), 0])
+    assert _through(light, depth) == pytest.approx(np.array([weight / weight.sum(), [0, 1, 0], [0, 0, 0]]), rel=1e-9)
