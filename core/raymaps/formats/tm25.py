@@ -2,9 +2,9 @@
 """Ray files IES TM-25 of 2013 (.TM25RAY), binary, little-endian: places in mm, directions, and flux of rays.
 
 A header of 256 bytes, eight flags that say what is known of rays, nine texts, spectra, labels and a text come first,
-then the rays, each a run of float32 in the order: place, direction, radiant flux, wavelength, luminous flux (the tristimulus
-value Y), three Stokes parameters and three numbers of the polarisation ellipse, tristimulus values X and Z, number of
-the spectrum, and whatever the maker adds. Polarisation and additions are passed over.
+then the rays, each a run of float32 in the order: place, direction, radiant flux, wavelength, luminous flux (the
+tristimulus value Y), three Stokes parameters and three numbers of the polarisation ellipse, tristimulus values X and Z,
+number of the spectrum, and whatever the maker adds. Polarisation and additions are passed over.
 
 References
 ----------

@@ -2,8 +2,8 @@
 """A Gaussian beam from its waist: place and direction independent, each with a Gaussian density.
 
 Of the place the irradiance is exp(-2 r² / waist²); of the direction the intensity is
-exp(-2 (1 - cos θ) / (1 - cos θ0)), the Gaussian of the sphere: 1/e² at the half angle θ0, and exp(-2 θ² / θ0²) where the
-beam is narrow. It ends at right angles to the axis: no light goes backwards.
+exp(-2 (1 - cos θ) / (1 - cos θ0)), the Gaussian of the sphere: 1/e² at the half angle θ0, and exp(-2 θ² / θ0²) where
+the beam is narrow. It ends at right angles to the axis: no light goes backwards.
 
 References
 ----------
