@@ -41,7 +41,7 @@ class Wave(NamedTuple):
     light: NDArray[np.float32]  # (n, n_bands) relative to the emission
     wavelength_nm: NDArray[np.float64]  # (n,) the one wavelength that a ray is narrowed to, 0 before that
     source: NDArray[np.int16]  # (n,) source that the ray comes from
-    triangle: NDArray[np.int32]  # (n,) triangle that the ray stands on, -1 none
+    triangle: NDArray[np.int32]  # (n,) triangle that the ray stands on, -1 none; below: `transport.close_to` it
     hit: NDArray[np.int32]  # (n,) triangle at the segment's end, -1 none
     side: NDArray[np.int8]  # (n,) on which side of its triangle the ray starts: 1 front, -1 back
     near_side: NDArray[np.int8]  # (n,) from which side it arrives

@@ -54,7 +54,8 @@ class Effect:
     lower : function of a Lowering
         The arrays that the kernel reads, a NamedTuple; () if it reads none.
     stage : str
-        When the kernel runs: on the "way" to the next event, or at the "surface"; "none" without a kernel.
+        When the kernel runs: on the "way" to the next event, or at the "surface"; "none" without a kernel. A kernel on
+        the way may have a second function, ``scatter``, which runs at the surface and turns rays that end on the way.
     if_off, without : str, function of a Scene to a Scene
         What takes the effect's place where it is switched off, in words and done.
     """
