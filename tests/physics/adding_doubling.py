@@ -6,7 +6,7 @@ function for isotropic scattering in a half space.
 
 References
 ----------
-H. van de Hulst: Multiple Light Scattering, Academic Press (1980), chapter 4. S. Prahl, M. van Gemert, A. Welch:
+H. van de Hulst: Multiple Light Scattering, Academic Press (1980). S. Prahl, M. van Gemert, A. Welch:
 Determining the optical properties of turbid media by using the adding-doubling method, Appl. Opt. 32 (1993), p. 559.
 S. Chandrasekhar: Radiative Transfer, Dover (1960), chapters 4 and 5.
 """
@@ -101,7 +101,7 @@ def thin_layer(cosine: Float, weight: Float, albedo: float, depth: float, moment
 
 
 def added(above: Layer, below: Layer) -> Layer:
-    """Two layers, one on the other (van de Hulst, section 4.5.2)."""
+    """Two layers, one on the other: light goes to and fro between them any number of times."""
     one = np.eye(len(above.r_above))
     down = np.linalg.solve(one - above.r_below @ below.r_above, above.t_down)
     up = np.linalg.solve(one - below.r_above @ above.r_below, below.t_up)
@@ -153,7 +153,7 @@ def slab(
 
 
 def h_function(albedo: float, cosine: Float, n: int = 200) -> Float:
-    """Chandrasekhar's H function of isotropic scattering: eq. 5.18 solved by iteration in the form
+    """Chandrasekhar's H function of isotropic scattering, by iteration of
     1/H(m) = sqrt(1 - w) + w/2 times the integral of m' H(m') / (m + m') dm' from 0 to 1.
     """
     x, w = np.polynomial.legendre.leggauss(n)
@@ -170,5 +170,5 @@ def h_function(albedo: float, cosine: Float, n: int = 200) -> Float:
 
 
 def half_space_reflectance(albedo: float, cosine: float) -> float:
-    """Share that an isotropically scattering half space reflects of a beam (Chandrasekhar, section 12, eq. 5.123)."""
+    """Share that an isotropically scattering half space reflects of a beam (Chandrasekhar, chapter 4)."""
     return float(1 - np.sqrt(1 - albedo) * h_function(albedo, cosine)[0])

@@ -123,7 +123,7 @@ def test_mean_cosine_is_g(g):
 
 @pytest.mark.parametrize("g", [-1 + 1e-12, -0.999999, -0.9, -1e-9, 0.0, 1e-300, 1e-12, 0.3, 0.99, 1 - 1e-12])
 def test_henyey_greenstein_is_inverted_to_the_last_digits(g):
-    """Against the textbook's inversion (Wang, Jacques, Zheng 1995, eq. 3.19) in 400 decimal digits."""
+    """Against the textbook's inversion (Wang, Jacques, Zheng 1995) in 400 decimal digits."""
     getcontext().prec = 400
     for u in (2.0**-33, 1e-6, 0.1, 0.5, 0.9, 1 - 2.0**-33):
         cosine, sine = drawn_by_asymmetry(g, np.array([u]))[0]

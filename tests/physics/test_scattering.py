@@ -85,9 +85,9 @@ def test_number_of_scatterings_is_geometric(tmp_path):
 
 @pytest.mark.parametrize("g", [0.0, 0.8, -0.7])
 def test_mean_square_distance_to_absorption(tmp_path, g):
-    """In an unbounded medium <r²> = 2 / (a (a + s (1 - g))): K. Case, P. Zweifel: Linear Transport Theory (1967),
-    section 2 (for g = 0: 6 times the square of the migration length over 3 (1 - w)); in general from the correlation
-    g^k of directions k scatterings apart and free paths with the mean 1 / m and the mean square 2 / m².
+    """In an unbounded medium <r²> = 2 / (a (a + s (1 - g))): with m = a + s free paths have the mean 1 / m and the mean
+    square 2 / m², the k-th is flown with the probability (s / m)^k, and the cosine between two that are k scatterings
+    apart has the mean g^k.
     """
     s, a = 1.0, 0.25
     h = in_a_ball(tmp_path, milk(s, a, g), radius=200, rays=40_000)

@@ -80,7 +80,7 @@ def test_the_reference_gives_published_figures():
     """Adding and doubling, and the H function, against tables to the last printed digit.
 
     H. van de Hulst: Multiple Light Scattering (1980): HG g = 0.75, albedo 0.9, depth 2, R = 0.09739, T = 0.66096 (as
-    quoted by L. Wang et al.: MCML, 1995, table 1). R. Giovanelli: Reflection by semi-infinite
+    quoted by L. Wang et al.: MCML, 1995). R. Giovanelli: Reflection by semi-infinite
     diffusers, Optica Acta 2 (1955), p. 153: isotropic, albedo 0.9, index 1.5, R = 0.2600 (quoted there too).
     S. Chandrasekhar: Radiative Transfer (1960), table 11: H for albedo 1.
     """
@@ -155,7 +155,7 @@ def test_van_de_hulsts_isotropic_slab(tmp_path):
 @pytest.mark.parametrize(("albedo", "cosine"), [(0.5, 1.0), (0.9, 1.0), (0.99, 1.0), (0.9, 0.4)])
 def test_chandrasekhar_half_space(tmp_path, albedo, cosine):
     """R = 1 - sqrt(1 - w) H(m0); what leaves has the density w/2 m / (m + m0) H(m) H(m0) over the cosine m
-    (Chandrasekhar, section 29, eq. 3.64 integrated over the azimuth).
+    (Chandrasekhar, Radiative Transfer, chapters 3 and 4).
     """
     depth = 60.0 if albedo < 0.95 else 120.0
     h = slab_run(tmp_path, albedo, depth, cosine=cosine, rays=100_000)

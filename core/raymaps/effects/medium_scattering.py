@@ -10,7 +10,7 @@ of the surfaces, turns the rays that absorption has left.
 
 References
 ----------
-S. Chandrasekhar: Radiative Transfer, Dover (1960), sections 2 to 7. L. Wang, S. Jacques, L. Zheng: MCML - Monte Carlo
+S. Chandrasekhar: Radiative Transfer, Dover (1960), chapter 1. L. Wang, S. Jacques, L. Zheng: MCML - Monte Carlo
 modeling of light transport in multi-layered tissues, Comput. Methods Programs Biomed. 47 (1995), p. 131.
 """
 
@@ -126,7 +126,7 @@ def phase_density(phase: Phase, cos_theta: ArrayLike) -> Float:
 
     References
     ----------
-    L. Henyey, J. Greenstein: Diffuse radiation in the galaxy, Astrophys. J. 93 (1941), p. 70, eq. 2.
+    L. Henyey, J. Greenstein: Diffuse radiation in the galaxy, Astrophys. J. 93 (1941), p. 70.
     """
     cosine = np.asarray(cos_theta, np.float64)
     if isinstance(phase, TabulatedPhase):

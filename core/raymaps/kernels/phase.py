@@ -33,8 +33,8 @@ def henyey_greenstein(g, u):
 
     References
     ----------
-    L. Henyey, J. Greenstein: Diffuse radiation in the galaxy, Astrophys. J. 93 (1941), eq. 2; its inversion in L. Wang,
-    S. Jacques, L. Zheng: MCML, Comput. Methods Programs Biomed. 47 (1995), eq. 3.19, here rearranged.
+    L. Henyey, J. Greenstein: Diffuse radiation in the galaxy, Astrophys. J. 93 (1941), p. 70; the inversion, here
+    rearranged: L. Wang, S. Jacques, L. Zheng: MCML, Comput. Methods Programs Biomed. 47 (1995), p. 131.
     """
     v = 1.0 - u
     back, ahead = 1.0 - g, 1.0 + g
