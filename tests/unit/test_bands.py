@@ -111,7 +111,10 @@ def test_shares_add_up_to_one_exactly_once_quantised(n):
         assert light.sum() == pytest.approx(1, rel=1e-14)
         steps = quantised(light[None])[0].astype(np.float64)
         assert steps.sum() == 1.0
-        assert np.abs(steps - light).max() <= 2.0**-24
+        off = np.abs(steps - light) * 2.0**24
+        brightest = np.argmax(steps)
+        assert off[brightest] <= n / 50 + 1  # it gives to bands that would have none
+        assert np.delete(off, brightest).max(initial=0) <= 1
 
 
 def test_a_source_without_light_in_the_range_is_refused_by_name():
