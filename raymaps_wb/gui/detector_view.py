@@ -28,7 +28,7 @@ SAVED_AS_FAR_FIELD = "Luminaire IES (*.ies);;Luminaire EULUMDAT (*.ldt);;" + SAV
 
 
 class DetectorView(QtWidgets.QWidget):
-    """One detector at a time. ``wanted`` is called when another one is chosen, ``saved(path)`` to write it to a file."""
+    """One detector at a time. ``wanted()`` is called when another is chosen, ``save(path)`` to write it to a file."""
 
     def __init__(self, wanted, save):
         super().__init__()

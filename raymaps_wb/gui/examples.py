@@ -19,6 +19,9 @@ def criteria(study):
     if sources and detectors:
         found.append(f"from({quoted(sources[-1])}) & detector({quoted(detectors[-1])})")
     found += [f"hit({quoted(name)}, fresnel_reflection)" for name in filled]
+    found += [
+        f"medium({quoted(name)}, scattering)" for name, medium in scene["media"].items() if medium.get("scattering")
+    ]
     found += [f"surface({quoted(name)})" for name in scene["surfaces"]]
     if detectors and scene["surfaces"]:
         found.append(f"detector({quoted(detectors[-1])}) & ~surface({quoted(next(iter(scene['surfaces'])))})")

@@ -7,6 +7,7 @@ import os
 from collections import namedtuple
 
 from raymaps_wb.compat import QtCore, QtGui
+from raymaps_wb.gui.figures import quantity
 
 #: values: rows from the lowest y up. x, y: (first, last) border. x_name, y_name, name: what they are, with unit.
 FalseColourMap = namedtuple("FalseColourMap", "values x y x_name y_name name")
@@ -28,6 +29,7 @@ NAMES = {
     "intensity_cd": "cd",
     "intensity_w_per_sr": "W/sr",
 }
+MARGIN = 78  # for the scale
 LARGEST_BYTES = 16 * 2**20
 
 
@@ -53,7 +55,8 @@ def _map(rows, across, up, name):
     values = [[math.nan] * len(xs) for _ in ys]
     for row in rows:
         values[places[1][float(row[up])]][places[0][float(row[across])]] = float(row[name] or "nan")
-    return FalseColourMap(values, _borders(xs), _borders(ys), NAMES[across], NAMES[up], NAMES[name])
+    ends = _borders if across == "x_mm" else lambda directions: (directions[0], directions[-1])
+    return FalseColourMap(values, ends(xs), ends(ys), NAMES[across], NAMES[up], NAMES[name])
 
 
 def _borders(centres):
@@ -73,8 +76,8 @@ def colour(share):
 def picture(shown, width):
     """A pixmap of a map, as wide as given, with axes and scale."""
     line = 16
-    plot_width = max(60, width - 62)
-    across, up = shown.x[1] - shown.x[0], shown.y[1] - shown.y[0]
+    plot_width = max(60, width - MARGIN)
+    across, up = (shown.x[1] - shown.x[0]) or 1.0, (shown.y[1] - shown.y[0]) or 1.0
     plot_height = round(plot_width * min(1.4, max(0.25, up / across)))
     pixmap = QtGui.QPixmap(width, plot_height + 3 * line)
     pixmap.fill(QtCore.Qt.transparent)
@@ -109,6 +112,6 @@ def _draw_scale(painter, place, largest, unit):
         gradient.setColorAt(i / (len(PALETTE) - 1), QtGui.QColor(*rgb))
     painter.fillRect(place, gradient)
     left = place.right() + 4
-    painter.drawText(QtCore.QRect(left, place.top(), 60, 16), 0, f"{largest:.3g}")
-    painter.drawText(QtCore.QRect(left, place.top() + 16, 60, 16), 0, unit)
-    painter.drawText(QtCore.QRect(left, place.bottom() - 15, 60, 16), 0, "0")
+    for text, y in zip(quantity(largest, unit), (place.top(), place.top() + 16), strict=True):
+        painter.drawText(QtCore.QRect(left, y, MARGIN, 16), 0, text)
+    painter.drawText(QtCore.QRect(left, place.bottom() - 15, MARGIN, 16), 0, "0")

@@ -31,6 +31,14 @@ def with_error(value, stderr, unit):
     return f"{value:.{decimals}f} \u00b1 {stderr:.{decimals}f} {prefix}{unit}"
 
 
+def quantity(value, unit, digits=3):
+    """A number and its unit with an SI prefix, as two texts: ``('6.25', 'mW')``."""
+    if value == 0 or not math.isfinite(value):
+        return f"{value:g}", unit
+    factor, prefix = _prefix(value)
+    return f"{float(f'{value / factor:.{digits}g}'):g}", prefix + unit
+
+
 def _prefix(value):
     """The largest prefix that leaves at least 1 of a value."""
     return next((pair for pair in PREFIXES if abs(value) >= pair[0] * 0.9999999), PREFIXES[-1])

@@ -12,6 +12,8 @@ from raymaps_wb.gui import dock
 from raymaps_wb.gui.active import Transaction
 from raymaps_wb.gui.commands import COMMANDS
 from raymaps_wb.gui.examples import criteria, quoted
+from raymaps_wb.objects.detector import make_detector
+from raymaps_wb.objects.medium import set_scatterers
 from raymaps_wb.objects.references import reference_list
 from raymaps_wb.objects.source import make_source
 from raymaps_wb.objects.study import members, studies
@@ -256,4 +258,8 @@ class CommandsTest(WindowTest):
         members(study, "RayMaps::Source")[0].Label = 'the "lamp"'
         self.assertIn('from("the \\"lamp\\"")', criteria(study))
         self.assertIn("detector(Detector)", criteria(study))
+        make_detector(self.document, study, "Sky", "Far field")
+        set_scatterers(members(study, "RayMaps::Medium")[0], [("Isotropic", "1", 0.0, "")])
+        self.assertIn("detector(Sky)", criteria(study))
+        self.assertIn("medium(PMMA, scattering)", criteria(study))
         self.assertEqual([quoted(name) for name in ("a_1", "1a", "ä")], ["a_1", '"1a"', '"ä"'])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What the panel tells of a run beside its rays: the effects that it simulates, and light on detectors of every kind."""
+"""What the panel tells of a run beside its rays: effects that it simulates, and light on detectors of every kind."""
 
 import os
 
@@ -150,7 +150,7 @@ class ResultsTest(WindowTest):
         self.assertEqual((shown.x, shown.y, shown.name), ((-0.5, 1.5), (-1, 3), "W/mm²"))
         self.assertEqual((shown.values[0], shown.values[1][1]), ([0, 1], 4))
         image = false_colours.picture(shown, 300).toImage()
-        top_right = QtGui.QColor(image.pixel(int(0.75 * 238), 16 + 20))
+        top_right = QtGui.QColor(image.pixel(int(0.75 * 222), 16 + 20))
         self.assertGreater(top_right.red(), 230)
         bottom_left = QtGui.QColor(image.pixel(30, image.height() - 60))
         self.assertLess(bottom_left.red(), 30)
@@ -200,19 +200,28 @@ class GlyphsTest(WindowTest):
 
 
 class PicturesTest(WindowTest):
-    def test_picture_of_a_medium(self):
+    def test_picture_of_panels(self):
         folder = os.environ.get("RAYMAPS_PICTURES") or self.folder
         study = self.open_example("led_collimator")
-        medium = members(study, "RayMaps::Medium")[0]
-        medium.Kind, medium.Catalogue = CATALOGUE, "PMMA"
+        self.run_to_the_end(study)
+        FreeCAD.closeDocument(self.document.Name)
+        self.ask("from(LED_red)", 60)
+        self.panel.tabs.setCurrentIndex(DETECTORS)
+        self.assertTrue(wait_until(lambda: self.panel.detectors.names.count() == 2, 30))
+        self.panel.detectors.names.setCurrentText("Target")
+        self.panel.measure()
+        spin(1.5)
         window = FreeCADGui.getMainWindow()
         for name in ("Report view", "Python console"):
             window.findChild(QtWidgets.QDockWidget, name).hide()
         combo = window.findChild(QtWidgets.QDockWidget, "Combo View")
         if combo is not None:
-            window.resizeDocks([combo], [330], QtCore.Qt.Horizontal)
+            window.resizeDocks([combo, self.panel], [340, 400], QtCore.Qt.Horizontal)
+        medium = members(study, "RayMaps::Medium")[0]
+        medium.Kind, medium.Catalogue, medium.AbsorptionPerMm = CATALOGUE, "PMMA", [0.0]
         FreeCADGui.getDocument(study.Document.Name).setEdit(medium.Name, 0)
-        spin(0.5)
+        FreeCADGui.activeDocument().activeView().fitAll()
+        spin(1.0)
         window_picture(os.path.join(folder, "panels.png"))
         self.assertGreater(os.path.getsize(os.path.join(folder, "panels.png")), 50_000)
         FreeCADGui.getDocument(study.Document.Name).resetEdit()
