@@ -155,9 +155,7 @@ def test_all_that_leaves_is_what_the_ledger_says(tmp_path):
 def test_told_precision_of_directions_is_the_true_one(tmp_path):
     """Stored places are rounded: the direction of a beam, known exactly, comes back with the error that is told."""
     direction = np.array([0.36, 0.48, 0.8])
-    h = traced(
-        tmp_path, {}, rays=20_000, sources={"S": disc_source((0, 0, 0), direction, 10)}, detectors={"Far": FAR}
-    )
+    h = traced(tmp_path, {}, rays=20_000, sources={"S": disc_source((0, 0, 0), direction, 10)}, detectors={"Far": FAR})
     way = h.position[h.last] - h.position[h.first]
     sine = np.linalg.norm(np.cross(way / np.linalg.norm(way, axis=1)[:, None], direction), axis=1)
     true_deg = math.degrees(math.sqrt((sine**2).mean()))

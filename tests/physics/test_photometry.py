@@ -18,7 +18,7 @@ KM = 683.0  # lm/W of light of 540 THz (BIPM: The International System of Units,
 
 
 def cie_tables():
-    """V(lambda) of CIE 1924 and the relative spectrum of D65, both by 1 nm from 380 to 780 nm, from the CIE's tables."""
+    """V(lambda) of CIE 1924 and the relative spectrum of D65, both by 1 nm from 380 to 780 nm, of the CIE."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         import colour
@@ -90,7 +90,8 @@ def test_lumens_do_not_depend_on_what_is_stored(tmp_path):
         h = spectral(
             tmp_path / store, lines, store=store, rays=5_000, bodies={"P": body(box((-5, -5, 4), (5, 5, 5)), "grey")},
             surfaces={"grey": {"kind": "lambertian", "reflectance": 0.4}},
-            detectors={"In": {"kind": "face", "body": "P"}, "Kept": {"kind": "face", "body": "P", "measure": "absorbed"}},
+            detectors={"In": {"kind": "face", "body": "P"},
+                       "Kept": {"kind": "face", "body": "P", "measure": "absorbed"}},
         )  # fmt: skip
         found[store] = [evaluate_detector(h.raymap, name) for name in ("In", "Kept")]
     nm, v, _ = cie_tables()

@@ -269,9 +269,9 @@ class _OfWavelength(Bound):
         return Verdicts(np.zeros(len(table), bool), np.ones(len(table), bool))
 
     def on_rays(self, portion: Portion, rays: NDArray[np.int64]) -> Mask:
-        wavelength_nm = portion.ray_wavelength_nm[rays].astype(np.float64)
-        low_nm, high_nm = np.float32([self.criterion.low_nm, self.criterion.high_nm]).astype(np.float64)
-        return (wavelength_nm >= low_nm) & (wavelength_nm <= high_nm)  # 0 where the ray has no single one
+        wavelength_nm = portion.ray_wavelength_nm[rays]
+        low_nm, high_nm = np.float32(self.criterion.low_nm), np.float32(self.criterion.high_nm)
+        return np.asarray((wavelength_nm >= low_nm) & (wavelength_nm <= high_nm))  # 0 where the ray has no single one
 
     def on_sources(self, n_sources: int) -> Verdicts:
         return Verdicts(np.zeros(n_sources, bool), np.ones(n_sources, bool))
@@ -377,7 +377,8 @@ def _bind_crosses(event: tree.Crosses, names: Names, detector: Detector | None) 
     if isinstance(detector, FaceDetector | FarFieldDetector) and event.area is not None:
         what = "faces" if isinstance(detector, FaceDetector) else "the far field"
         raise CriterionError(
-            f"Detector '{event.detector}' is one of {what}: {event.area.word}=(...) is an area of a rectangle; leave it out."
+            f"Detector '{event.detector}' is one of {what}: {event.area.word}=(...) is an area of a rectangle; leave "
+            "it out."
         )
     if isinstance(detector, FarFieldDetector):
         return _bind_ended(tree.Ended("left"), names, event)

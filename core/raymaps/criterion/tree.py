@@ -250,9 +250,7 @@ class Wavelength(Criterion):
                 raise CriterionError(f"wavelength(LO, HI) takes two numbers in nm above 0, got {_short(value)}.")
             object.__setattr__(self, name, float(value))
         if self.low_nm > self.high_nm:
-            raise CriterionError(
-                f"wavelength(LO, HI) in nm needs LO <= HI, got ({self.low_nm:g}, {self.high_nm:g})."
-            )
+            raise CriterionError(f"wavelength(LO, HI) in nm needs LO <= HI, got ({self.low_nm:g}, {self.high_nm:g}).")
 
 
 #: Every elementary event by its word in the text form.

@@ -44,7 +44,7 @@ class Photometry:
     luminaire_lm : float
         Luminous flux that leaves the luminaire.
     lamps_lm : float or None
-        Luminous flux of the lamps that the candela hold for; None in absolute photometry, where lamps are not told apart.
+        Luminous flux of the lamps that the candela hold for; None in absolute photometry, which tells of no lamps.
     date : str
     remarks : tuple of str
     """
@@ -106,8 +106,8 @@ def eulumdat_text(of: Photometry) -> str:
     n_c, n_gamma = of.candela.shape
     if n_c > MOST_PLANES or n_gamma > MOST_GAMMAS:
         raise FormatError(
-            f"EULUMDAT holds at most {MOST_PLANES} planes C and {MOST_GAMMAS} angles gamma, got {n_c} and {n_gamma}: ask "
-            "for a coarser resolution."
+            f"EULUMDAT holds at most {MOST_PLANES} planes C and {MOST_GAMMAS} angles gamma, got {n_c} and {n_gamma}: "
+            "ask for a coarser resolution."
         )
     absolute = of.lamps_lm is None
     lamps_lm = float(f"{of.luminaire_lm if of.lamps_lm is None else of.lamps_lm:.8g}")

@@ -73,8 +73,10 @@ def beam_angle_deg(intensity: Float, level: float, c_deg: float) -> float | None
         while end < n and not lit[end]:
             end += 1
         before, after = values[at - 1], values[end % n]
-        dark = (end - at - 1) + (limit - values[at]) / (before - values[at]) + (
-            (limit - values[end - 1]) / (after - values[end - 1])
+        dark = (
+            (end - at - 1)
+            + (limit - values[at]) / (before - values[at])
+            + ((limit - values[end - 1]) / (after - values[end - 1]))
         )
         widest = max(widest, dark * step)
         at = end

@@ -52,8 +52,7 @@ class Samples:
 
 
 class CellSums(NamedTuple):
-    """Sums over rays; ``X`` is a ray's light there relative to its emission, ``Y`` its lumens for each W of its emission,
-    ``X_c`` and ``Y_c`` those in cell c."""
+    """Sums over rays cell by cell; ``X_c`` and ``Y_c`` are what is ``X`` and ``Y`` in `RaySums`, in cell c."""
 
     cell_light: Float  # (n_sources, n_cells, 5) sum of X_c, Y_c, and of red, green and blue
     cell_squares: Float  # (n_sources, n_cells) sum of X_c²
@@ -62,7 +61,10 @@ class CellSums(NamedTuple):
 
 
 class RaySums(NamedTuple):
-    """Sums over rays, whatever the cells."""
+    """Sums over rays, whatever the cells.
+
+    ``X`` is a ray's light there relative to its emission, ``Y`` its lumens for each W of its emission.
+    """
 
     total: Float  # (n_sources,) sum of X
     squares: Float  # (n_sources,) sum of X²
@@ -130,7 +132,9 @@ def _empty(n_sources: int, n_cells: int, with_lumens: bool) -> CellSums:
     )  # fmt: skip
 
 
-def rows_that_match(portion: Portion, bound: Bound, rows: NDArray[np.int64], ray: NDArray[np.int64]) -> NDArray[np.int64]:
+def rows_that_match(
+    portion: Portion, bound: Bound, rows: NDArray[np.int64], ray: NDArray[np.int64]
+) -> NDArray[np.int64]:
     """Those of the rows whose rays, (n_rows,), match a criterion."""
     if not len(rows) or isinstance(bound.criterion, Everything):
         return rows

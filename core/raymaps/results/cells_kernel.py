@@ -135,7 +135,9 @@ def _value(light, light_row, less_row, k, value):
 
 @kernel
 def rectangle_cells(rows, xy_mm, size_mm, resolution, cell):
-    """Cells of points of a rectangle, counted row by row from the lower left; the outer borders belong to the outer cells.
+    """Cells of points of a rectangle, counted row by row from the lower left.
+
+    The outer borders belong to the outer cells.
 
     Parameters
     ----------

@@ -269,7 +269,9 @@ def evaluate_detector(
     area = _region(rect, ellipse)
     if area is not None and not isinstance(detector, RectangleDetector):
         what = "the far field" if isinstance(detector, FarFieldDetector) else "faces"
-        raise CriterionError(f"Detector '{name}' is one of {what}: a rect or ellipse can only be cut out of a rectangle.")
+        raise CriterionError(
+            f"Detector '{name}' is one of {what}: a rect or ellipse can only be cut out of a rectangle; leave it out."
+        )
     asked = asked_rays(raymap, source, where)
     if isinstance(detector, FaceDetector):
         from raymaps.results.face_detector import evaluate_faces
@@ -309,7 +311,7 @@ def _evaluate_rectangle(
     watts = radiometric(raymap, asked, sums, 0, cell_area_mm2.ravel(), counting.ravel())
     lumens = photometric(raymap, asked, sums, 0, cell_area_mm2.ravel(), counting.ravel())
     shape = cell_area_mm2.shape
-    seen = {} if lumens is None else {
+    seen: dict[str, Any] = {} if lumens is None else {
         "flux_lm": lumens.flux,
         "mean_lx": lumens.mean.scaled(MM2_PER_M2),
         "min_lx": lumens.least.scaled(MM2_PER_M2),
@@ -371,11 +373,12 @@ def _sum_crossings(
         rows = rows_that_match(portion, asked.bound, rows, portion.crossing_ray[rows]) if len(rows) else rows
         if not len(rows):
             return None
+        xy_mm = portion.crossing_xy_mm
         lights, light_row = light_on_the_way(
-            raymap, portion, portion.crossing_row[rows], lambda some: center_mm + portion.crossing_xy_mm[rows[some]] @ axes
+            raymap, portion, portion.crossing_row[rows], lambda some: center_mm + xy_mm[rows[some]] @ axes
         )
         cell = np.empty(len(rows), np.int64)
-        rectangle_cells(rows, portion.crossing_xy_mm, (detector.width_mm, detector.height_mm), resolution, cell)
+        rectangle_cells(rows, xy_mm, (detector.width_mm, detector.height_mm), resolution, cell)
         return Samples(portion.crossing_ray[rows], lights, light_row, np.zeros(0, np.int64), (cell,))
 
     return sum_samples(raymap, samples_of, (resolution[0] * resolution[1],))

@@ -60,8 +60,8 @@ def write_detector_map(detector_map: DetectorMap, path: str | Path) -> Path:
             "flux_stderr_w": of.cell_stderr_w, "irradiance_w_per_mm2": of.irradiance_w_per_mm2,
             "red_w": red, "green_w": green, "blue_w": blue,
         }  # fmt: skip
-        if of.cell_flux_lm is not None and of.cell_stderr_lm is not None and of.illuminance_lx is not None:
-            columns |= {"flux_lm": of.cell_flux_lm, "flux_stderr_lm": of.cell_stderr_lm, "illuminance_lx": of.illuminance_lx}
+        lumens = {"flux_lm": of.cell_flux_lm, "flux_stderr_lm": of.cell_stderr_lm, "illuminance_lx": of.illuminance_lx}
+        columns |= {name: values for name, values in lumens.items() if values is not None}
         inside = of.cell_area_mm2.ravel() > 0
         _write_csv(path, of.to_dict(), {name: values.ravel()[inside] for name, values in columns.items()})
     else:
@@ -143,13 +143,15 @@ def photometry_of(of: FarFieldMap) -> Photometry:
     from raymaps.formats.photometry_out import Photometry
 
     if not (of.max_w_per_sr.value > 0 and of.emitted_w > 0):
-        raise OutputError(f"Far field '{of.detector}': no light left in any direction, so there is no luminaire to write.")
+        raise OutputError(f"Far field '{of.detector}': no light left in any direction: there is no luminaire to write.")
     conditions = [f"Ray Maps: {', '.join(of.conditions())}"] if of.conditions() else []
     conditions += [f"simulated without {', '.join(of.without)}"] if of.without else []
     date = datetime.date.today().isoformat()
     if of.flux_lm is not None and of.intensity_cd is not None:
         if not of.flux_lm.value > 0:
-            raise OutputError(f"Far field '{of.detector}': the light that left is invisible: it has no lumens to write.")
+            raise OutputError(
+                f"Far field '{of.detector}': the light that left is invisible: there are no lumens to write."
+            )
         remarks = (f"absolute photometry of {of.rays} rays", *conditions)
         candela = np.maximum(np.nan_to_num(of.intensity_cd), 0.0)
         return Photometry(of.detector, candela, of.flux_lm.value, None, date, remarks)

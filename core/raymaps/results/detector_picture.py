@@ -66,9 +66,7 @@ def _draw_cells(figure: Figure, axes: Axes, detector_map: DetectorMap) -> None:
     axes.tick_params(colors=INK, labelsize=8)
     place = axes.get_position()
     width = figure.get_figwidth()
-    colour_bar(
-        figure, image, (place.x1 + 0.16 / width, place.y0, 0.17 / width, place.height), "irradiance", "W/mm²"
-    )
+    colour_bar(figure, image, (place.x1 + 0.16 / width, place.y0, 0.17 / width, place.height), "irradiance", "W/mm²")
 
 
 def _draw_region(axes: Axes, detector_map: DetectorMap) -> None:

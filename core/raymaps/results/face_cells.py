@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Faces divided into cells for pictures and tables, and into patches for extremes.
 
-A large triangle is divided into k² equal ones that have its shape, a small one stays whole. Cells that lie side by side on
-one face are put together to patches of about equal area, so that no extreme is that of a sliver.
+A large triangle is divided into k² equal ones that have its shape, a small one stays whole. Cells that lie side by side
+on one face are put together to patches of about equal area, so that no extreme is that of a sliver.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def divided(mesh: BodyMesh, faces: NDArray[np.int64], n_cells: int = CELLS) -> F
     triangle = np.repeat(triangles, k * k)
     target = whole / min(max(n_cells // CELLS_OF_A_PATCH, 1), MOST_PATCHES)
     patch = _patches(corners.mean(axis=1), cell_area, mesh.triangle_face[triangle], target)
-    patch_area = np.bincount(patch, cell_area)
+    patch_area: Float = np.bincount(patch, cell_area).astype(np.float64)
     is_whole = patch_area >= min(0.5 * target, float(patch_area.max()))
     return FaceCells(triangle, corners, cell_area, patch, patch_area, is_whole & (patch_area > 0), first, parts)
 

@@ -221,7 +221,7 @@ def evaluate_faces(
         place_mm = portion.position_mm[rows].astype(np.float64)
         lights, light_row = light_on_the_way(raymap, portion, rows - 1, lambda some: place_mm[some])
         less = portion.event_light[rows].astype(np.int64) if absorbed else np.zeros(0, np.int64)
-        cell = cells.cell_of(mesh, portion.triangle[rows] - first_triangle, place_mm)
+        cell = cells.cell_of(mesh, portion.triangle[rows].astype(np.int64) - first_triangle, place_mm)
         return Samples(ray, lights, light_row, less, (cell, cells.patch[cell]))
 
     n_patches = len(cells.patch_area_mm2)
@@ -232,7 +232,7 @@ def evaluate_faces(
     sized = cells.area_mm2 > 0
     cell_watts = radiometric(raymap, asked, sums, 0, cells.area_mm2, sized)
     cell_lumens = photometric(raymap, asked, sums, 0, cells.area_mm2, sized)
-    seen = {} if lumens is None or cell_lumens is None else {
+    seen: dict[str, Any] = {} if lumens is None or cell_lumens is None else {
         "flux_lm": lumens.flux,
         "mean_lx": lumens.mean.scaled(MM2_PER_M2),
         "min_lx": lumens.least.scaled(MM2_PER_M2),

@@ -92,7 +92,8 @@ def _ways(face_map: FaceMap) -> list[Float]:
 
 def _trimmed(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """An image without its white margins."""
-    rows, columns = (np.flatnonzero((image < 250).any(axis=2).any(axis=axis)) for axis in (1, 0))
+    inked = np.asarray((image < 250).any(axis=2))
+    rows, columns = np.flatnonzero(inked.any(axis=1)), np.flatnonzero(inked.any(axis=0))
     if not len(rows):
         return image
     return image[max(rows[0] - 4, 0) : rows[-1] + 5, max(columns[0] - 4, 0) : columns[-1] + 5]

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """The far field, evaluated from the stored events: radiant intensity of the light that left the scene.
 
-Directions are sorted as on a goniometer of type C (CIE 121): half planes C at equal steps from 0, and in each the angles
-gamma from 0 to 180 degrees. An intensity is the flux in a cell around its direction over the cell's solid angle
+Directions are sorted as on a goniometer of type C (CIE 121): half planes C at equal steps from 0, and in each the
+angles gamma from 0 to 180 degrees. An intensity is the flux in a cell around its direction over its solid angle
 
     dC (cos(gamma - d/2) - cos(gamma + d/2)),
 
-and around the axis, where all half planes meet, in one cap of half a step. So the intensities times their solid angles add
-up to the flux that left.
+and around the axis, where all half planes meet, in one cap of half a step. So the intensities times their solid angles
+add up to the flux that left.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ Float = NDArray[np.float64]
 
 #: Shares of the largest intensity at which widths of the beam are told.
 BEAM_LEVELS = (0.5, 0.1)
-#: Root mean square of the angle between a segment and what is stored of it, in steps of the grid over its length: each end
-#: is rounded evenly within half a step along two axes across.
+#: Root mean square of the angle between a segment and what is stored of it, in steps of the grid over its length: each
+#: end is rounded evenly within half a step along two axes across.
 _ROUNDING = math.sqrt(2 * 2 / 12)
 
 
@@ -62,7 +62,7 @@ class FarFieldMap:
     mean_w_per_sr, min_w_per_sr, max_w_per_sr : Statistic
         Radiant intensity over all directions up to the largest gamma, and in the extreme cells.
     beam_deg : dict of (level, plane) to float or None
-        Full width of the beam where the intensity is 50 and 10 % of the largest, in the planes C 0 - 180 and C 90 - 270.
+        Full width of the beam where the intensity is 50 and 10 % of the largest, in planes C 0 - 180 and C 90 - 270.
     direction_error_deg : float
         Root mean square of the error of directions, which follow from stored places.
     rays_without_direction : int
@@ -114,12 +114,12 @@ class FarFieldMap:
     @property
     def c_deg(self) -> Float:
         """Angles C of the half planes, (n_c,)."""
-        return np.arange(self.resolution[0]) * (360.0 / self.resolution[0])
+        return np.arange(self.resolution[0], dtype=np.float64) * (360.0 / self.resolution[0])
 
     @property
     def gamma_deg(self) -> Float:
         """Angles gamma, (n_gamma + 1,), from 0 to 180."""
-        return np.arange(self.resolution[1] + 1) * (180.0 / self.resolution[1])
+        return np.arange(self.resolution[1] + 1, dtype=np.float64) * (180.0 / self.resolution[1])
 
     def to_dict(self) -> dict[str, Any]:
         """The figures, as the command line and the server print them; arrays are left to `write`."""
@@ -174,17 +174,17 @@ class FarFieldMap:
             rows.append((name, with_lumens(figure, "W/sr", "", getattr(self, f"{name}_cd"), "cd")))
         for level in BEAM_LEVELS:
             widths = ((words, self.beam_deg[level, plane]) for plane, words in _PLANES.items())
-            told = ", ".join(f"{f'{width:.4g}°' if width is not None else 'none'} in {words}" for words, width in widths)
-            rows.append((f"beam {level * 100:.0f} %", told))
+            told = (f"{'none' if width is None else f'{width:.4g}°'} in {words}" for words, width in widths)
+            rows.append((f"beam {level * 100:.0f} %", ", ".join(told)))
         rows.append(("precision", f"{self.direction_error_deg:.2g}° of directions"))
         if self.rays_without_direction:
-            rows.append(("undirected", f"{self.rays_without_direction} rays left where they were, in no direction told"))
+            rows.append(("undirected", f"{self.rays_without_direction} rays left where they were, in no direction"))
         rows += without_rows(self.without)
         title = ", ".join([f"{self.detector}, light that left the scene", *self.conditions()])
         return "\n".join([title, *(f"  {name:<12}{text}" for name, text in rows)])
 
     def write(self, path: str | Path) -> Path:
-        """Write a picture (``.png``), a table (``.csv``), arrays (``.npz``), IES LM-63 (``.ies``) or EULUMDAT (``.ldt``)."""
+        """Write a picture (``.png``), table (``.csv``), arrays (``.npz``), LM-63 (``.ies``) or EULUMDAT (``.ldt``)."""
         from raymaps.results.detector_files import write_far_field
 
         return write_far_field(self, path)
@@ -218,10 +218,7 @@ def evaluate_far_field(
     doubts: list[tuple[float, float, int]] = []  # of each portion: light, its squared errors, rays without direction
 
     def samples_of(portion: Portion) -> Samples | None:
-        ray = np.flatnonzero((portion.signatures.kind[portion.signatures.offsets[1:] - 1] == left)[portion.ray_signature])
-        return _samples_of_rays(portion, ray)
-
-    def _samples_of_rays(portion: Portion, ray: NDArray[np.int64]) -> Samples | None:
+        ray = np.flatnonzero((portion.signatures.ending == left)[portion.ray_signature])
         ray = rows_that_match(portion, asked.bound, ray, ray)
         row = portion.event_offsets[ray + 1] - 1
         way = portion.position_mm[row].astype(np.float64) - portion.position_mm[row - 1]
@@ -289,13 +286,13 @@ def evaluate_far_field(
     )
 
 
-# Cells are counted: the cap around gamma = 0, then step by step in gamma all half planes, then the cap around 180 degrees.
+# Cells are counted: the cap around gamma = 0, then step by step in gamma all half planes, then the other cap.
 
 
 def _cells(gamma: Float, c: Float, n_c: int, n_gamma: int, largest_rad: float) -> NDArray[np.int64]:
     """Cell of directions, (n,); gamma in radians from 0 to pi, C in radians."""
     step = np.floor(np.minimum(gamma, largest_rad) * (n_gamma / math.pi) + 0.5).astype(np.int64)
-    step = np.minimum(step, math.ceil(largest_rad * n_gamma / math.pi - 0.5 - 1e-9))  # the limit belongs to the cell below it
+    step = np.minimum(step, math.ceil(largest_rad * n_gamma / math.pi - 0.5 - 1e-9))  # the limit itself counts below it
     half_plane = np.floor(c * (n_c / (2 * math.pi)) + 0.5).astype(np.int64) % n_c
     inner = 1 + (step - 1) * n_c + half_plane
     return np.where(step <= 0, 0, np.where(step >= n_gamma, 1 + (n_gamma - 1) * n_c, inner))

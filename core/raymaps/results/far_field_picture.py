@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""A far field as a polar diagram of two planes and as a map in false colours over C and gamma, drawn with matplotlib."""
+"""A far field as a polar diagram of two planes and as a map in false colours over C and gamma, by matplotlib."""
 
 from __future__ import annotations
 
@@ -89,7 +89,8 @@ def _draw_polar(figure: Figure, intensity: Float, unit: str, reach: float, step:
     scale, letter = prefix(largest)
     rings = _rings(largest / scale)
     axes.set_ylim(0, rings[-1] * scale if len(rings) else 1.0)
-    axes.set_rgrids(rings * scale, [f"{ring:g}" for ring in rings], angle=reach if reach < 90 else 75, color=PALE, fontsize=7.5)
+    words = [f"{ring:g}" for ring in rings]
+    axes.set_rgrids(rings * scale, words, angle=reach if reach < 90 else 75, color=PALE, fontsize=7.5)
     axes.tick_params(colors=INK, labelsize=8)
     axes.grid(color="#dfe2e6", linewidth=0.8)
     axes.spines["polar"].set_color("#c9cdd3")

@@ -27,7 +27,17 @@ from raymaps.results.cells import CellSums, Sums
 if TYPE_CHECKING:
     from raymaps.store import RayMap
 
-__all__ = ["Asked", "Figures", "Spectrum", "Statistic", "asked_rays", "named", "photometric", "radiometric", "spectrum_of"]
+__all__ = [
+    "Asked",
+    "Figures",
+    "Spectrum",
+    "Statistic",
+    "asked_rays",
+    "named",
+    "photometric",
+    "radiometric",
+    "spectrum_of",
+]
 
 Float = NDArray[np.float64]
 
@@ -219,9 +229,7 @@ def spectrum_of(raymap: RayMap, asked: Asked, sums: Sums) -> Spectrum | None:
         return None
     total, squares = sums.spectrum
     emitted = np.array([raymap.bands.light_of(source) for source in raymap.scene.sources.values()])
-    flux, stderr = estimate_flux(
-        raymap.source_flux_w, raymap.rays_of_source, total, squares, asked.impossible, emitted
-    )
+    flux, stderr = estimate_flux(raymap.source_flux_w, raymap.rays_of_source, total, squares, asked.impossible, emitted)
     return Spectrum(raymap.bands.low_nm, raymap.bands.high_nm, flux, stderr)
 
 

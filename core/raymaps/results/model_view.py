@@ -11,13 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.criterion import Criterion, format_criterion
-
 from raymaps.errors import SceneError
 from raymaps.geometry import BodyMesh, load_bodies
 from raymaps.results.colours import false_colours, light_colours
 from raymaps.results.detector import DetectorMap, evaluate_detector
-from raymaps.results.face_detector import FaceMap
 from raymaps.results.edges import feature_edges_mm
+from raymaps.results.face_detector import FaceMap
 from raymaps.results.overlay import Overlay, overlay
 from raymaps.scene import (
     ConeSource,
@@ -235,8 +234,10 @@ def _painting(lit: object, scene: Scene) -> Painting | None:
         return face_painting(lit)
     if not isinstance(lit, DetectorMap):
         return None
-    x, y, _ = scene.detectors[lit.detector].axes
-    centre = np.array(scene.detectors[lit.detector].center_mm)
+    detector = scene.detectors[lit.detector]
+    assert isinstance(detector, RectangleDetector)
+    x, y, _ = detector.axes
+    centre = np.array(detector.center_mm)
     corners = centre + lit.x_edges_mm[None, :, None] * x + lit.y_edges_mm[:, None, None] * y
     a, b, c, d = corners[:-1, :-1], corners[:-1, 1:], corners[1:, 1:], corners[1:, :-1]
     triangles = np.stack([np.stack([a, b, c], axis=2), np.stack([a, c, d], axis=2)], axis=2)

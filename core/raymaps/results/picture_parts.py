@@ -19,7 +19,7 @@ __all__ = ["FRAME", "INK", "LOOK", "PALE", "colour_bar", "cut", "false_colour_sc
 
 INK, PALE, FRAME = "#30343b", "#6b7280", "#9aa0a8"
 #: Settings of matplotlib.
-LOOK = {"font.family": "DejaVu Sans", "font.size": 9, "text.color": INK, "axes.edgecolor": FRAME}
+LOOK: dict[Any, Any] = {"font.family": "DejaVu Sans", "font.size": 9, "text.color": INK, "axes.edgecolor": FRAME}
 #: Colours are logarithmic, over so many decades, where the brightest cell exceeds the middle one so many times.
 _LOGARITHMIC_FROM, _DECADES = 300.0, 4
 
@@ -35,7 +35,12 @@ def false_colour_scale(values: NDArray[np.floating]) -> tuple[Any, Any, float, b
     logarithmic = len(lit) > 0 and brightest > _LOGARITHMIC_FROM * float(np.median(lit))
     darkest = brightest * 10.0**-_DECADES if logarithmic else 0.0
     colours = colormaps[FALSE_COLOURS].with_extremes(bad="#e4e6e9", under=colormaps[FALSE_COLOURS](0.0))
-    return colours, LogNorm(darkest, brightest) if logarithmic else Normalize(0.0, brightest or 1.0), darkest, logarithmic
+    return (
+        colours,
+        LogNorm(darkest, brightest) if logarithmic else Normalize(0.0, brightest or 1.0),
+        darkest,
+        logarithmic,
+    )
 
 
 def colour_bar(figure: Figure, drawn: Any, place: tuple[float, float, float, float], label: str, unit: str) -> None:
