@@ -28,6 +28,7 @@ from raymaps_wb.objects.surface_property import SurfaceProperty
 Problem = namedtuple("Problem", "blocks text obj spoils", defaults=(False,))
 
 TOUCH_MM = 1e-4
+INTERFACES = ("fresnel", "rough", "thin_film")  # surface kinds between two media
 INSIDE_MM = 1e-6
 
 
@@ -53,7 +54,7 @@ def check_study(study, distances=True, limit_s=math.inf):
         if not any(problem.text == other.text for other in problems):
             problems.append(problem)
     try:
-        describe(study)
+        problems += _interfaces(describe(study).scene)
     except ExportError as error:
         if not any(str(error) == problem.text for problem in problems):
             problems.append(Problem(True, str(error), None))
@@ -99,6 +100,25 @@ def _places(study, problems):
             except ExportError as error:
                 problems.append(Problem(True, str(error), obj))
     return list(dict.fromkeys(places))
+
+
+def _interfaces(scene):
+    """Boundaries of two media on bodies that have none."""
+
+    def is_interface(name):
+        surface = scene["surfaces"][name]
+        if surface["kind"] == "mixture":
+            return any(is_interface(part["surface"]) for part in surface["parts"])
+        return surface["kind"] in INTERFACES
+
+    problems = []
+    for name, body in scene["bodies"].items():
+        if body["medium"] is None:
+            for surface in dict.fromkeys([body["surface"], *body["face_surfaces"].values()]):
+                if is_interface(surface):
+                    text = f"Surface property '{surface}' is a boundary of two media, and body '{name}' has none"
+                    problems.append(Problem(True, f"{text}; give the body a medium, or another property.", None))
+    return problems
 
 
 def _shapes(study, names):

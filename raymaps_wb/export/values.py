@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Numbers, colours, spectra and tables of document objects, as a scene has them."""
 
+import os
+from functools import lru_cache
+
 from raymaps_wb.errors import ExportError
 from raymaps_wb.export import tables
 from raymaps_wb.export.scene_files import existing_file
@@ -58,10 +61,20 @@ def table_of(obj, name, where, reader, *arguments):
 
 def read(where, reader, *arguments):
     """What a reader of tables says, its errors with the object's name before them."""
+    path, *others = arguments
     try:
-        return reader(*arguments)
+        status = os.stat(path)
+        return _read(reader, path, status.st_size, status.st_mtime_ns, *others)
     except ExportError as error:
         raise ExportError(f"{where}: {error}") from error
+    except OSError as error:
+        raise ExportError(f"{where}: the file '{path}' can't be read: {error.strerror or error}.") from error
+
+
+@lru_cache(maxsize=64)
+def _read(reader, path, size, mtime_ns, *arguments):
+    """Files are looked at after every change of a document: what did not change is not read again."""
+    return reader(path, *arguments)
 
 
 def words(name):

@@ -372,6 +372,7 @@ class RayMapsDock(QtWidgets.QDockWidget):
         name = self.detectors.name()
         if self._session is None or not name:
             return
+        self.detectors.clear(translate("<i>asking ...</i>"))
         try:
             self._session.measure(name, self._asked)
         except WorkbenchError as error:

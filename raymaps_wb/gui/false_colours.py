@@ -6,7 +6,7 @@ import math
 import os
 from collections import namedtuple
 
-from raymaps_wb.compat import QtCore, QtGui
+from raymaps_wb.compat import QtCore, QtGui, flags_as_int
 from raymaps_wb.gui.figures import quantity
 
 #: values: rows from the lowest y up. x, y: (first, last) border. x_name, y_name, name: what they are, with unit.
@@ -87,7 +87,7 @@ def picture(shown, width):
     place = QtCore.QRect(1, line, plot_width, plot_height)
     painter.drawImage(place, image)
     painter.drawRect(place)
-    right, below = QtCore.Qt.AlignRight, line + plot_height
+    right, below = flags_as_int(QtCore.Qt.AlignRight), line + plot_height
     painter.drawText(QtCore.QRect(0, 0, plot_width, line), right, f"{shown.y_name} to {shown.y[1]:.4g}")
     painter.drawText(QtCore.QRect(0, below, plot_width, line), 0, f"{shown.x[0]:.4g}, {shown.y[0]:.4g}")
     painter.drawText(QtCore.QRect(0, below, plot_width, line), right, f"{shown.x_name} to {shown.x[1]:.4g}")

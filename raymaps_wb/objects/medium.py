@@ -93,7 +93,7 @@ class Medium(Proxy):
             "Medium of the catalogue; its panel tells the source of each",
             "N-BK7",
             label="Medium",
-            choices=catalogue_names(),
+            choices=catalogue_names,
             keeps_unknown=True,
             shown_for=(CATALOGUE,),
         ),

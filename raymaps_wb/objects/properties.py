@@ -28,7 +28,7 @@ class Property:
     text : str, tooltip
     default : its first value; None keeps FreeCAD's
     label : str, what panels call it; made from the name if empty
-    choices : tuple of str, or dict of str to a sentence about each, for an enumeration
+    choices : tuple of str, dict of str to a sentence about each, or a function that gives a tuple; for an enumeration
     shown_for : tuple of str, kinds of the object for which it matters; empty: always
     when : dict of str to tuple of str, the values of other enumerations for which it matters
     limits : Limits of the number, or of each of several
@@ -72,7 +72,7 @@ class Property:
         keeps_unknown=False,
     ):
         self.kind, self.name, self.default, self.label = kind, name, default, label
-        self.choices = tuple(choices)
+        self._choices = choices
         self.choice_texts = dict(choices) if isinstance(choices, dict) else {}
         self.text = "\n".join([text, *(f"{choice}: {said}" for choice, said in self.choice_texts.items())])
         self.shown_for = shown_for
@@ -81,6 +81,11 @@ class Property:
         self.is_exact = is_exact
         self.read_only, self.hidden, self.output = read_only, hidden, output
         self.keeps_unknown = keeps_unknown
+
+    @property
+    def choices(self):
+        """Words of an enumeration; empty for other properties."""
+        return tuple(self._choices() if callable(self._choices) else self._choices)
 
     def matters(self, value_of):
         """Whether the property matters, where ``value_of(name)`` is the present choice of another."""

@@ -128,6 +128,20 @@ class CheckTest(DocumentTest):
         texts = [problem.text for problem in check_study(study)]
         self.assertTrue(any("'Forgotten'" in text for text in texts), texts)
 
+    def test_a_boundary_of_media_on_a_body_without_one(self):
+        study, _, plate = self.full_study()
+        black = members(study, "RayMaps::SurfaceProperty")[0]
+        black.Kind = "Rough"
+        self.assertIn("'black' is a boundary of two media, and body 'Plate' has none; give", self.blocking(study))
+        black.Kind = "Absorber"
+        rough = make_surface_property(self.document, study, "rough", "Rough")
+        mixed = make_surface_property(self.document, study, "mixed", "Mixture")
+        mixed.Parts, mixed.Weights = [black, rough], [0.5, 0.5]
+        set_references(mixed, [(plate, "Face6")])
+        texts = [problem.text for problem in check_study(study, distances=False) if problem.blocks]
+        self.assertEqual(len(texts), 1)
+        self.assertIn("'mixed' is a boundary", texts[0])
+
     def test_an_output_that_can_not_be_written(self):
         study, _, _ = self.full_study()
         with open(self.folder + "/file", "w") as file:

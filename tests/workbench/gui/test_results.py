@@ -4,6 +4,7 @@
 import os
 
 import data
+import FreeCAD
 import FreeCADGui
 
 from gui.window import WindowTest, spin, wait_until, window_picture
@@ -54,7 +55,7 @@ class ResultsTest(WindowTest):
         self.panel.detectors.clear()
         self.panel.detectors.names.setCurrentText(name)
         self.panel.measure()
-        self.assertTrue(wait_until(self.panel.detectors.text.text, 30))
+        self.assertTrue(wait_until(lambda: "asking" not in self.panel.detectors.text.text(), 60))
         return self.panel.detectors.text.text()
 
     def picture_of(self, widget, name):
@@ -210,7 +211,7 @@ class PicturesTest(WindowTest):
         self.assertTrue(wait_until(lambda: self.panel.detectors.names.count() == 2, 30))
         self.panel.detectors.names.setCurrentText("Target")
         self.panel.measure()
-        spin(1.5)
+        self.assertTrue(wait_until(lambda: "±" in self.panel.detectors.text.text(), 60))
         window = FreeCADGui.getMainWindow()
         for name in ("Report view", "Python console"):
             window.findChild(QtWidgets.QDockWidget, name).hide()
@@ -218,10 +219,9 @@ class PicturesTest(WindowTest):
         if combo is not None:
             window.resizeDocks([combo, self.panel], [340, 400], QtCore.Qt.Horizontal)
         medium = members(study, "RayMaps::Medium")[0]
-        medium.Kind, medium.Catalogue, medium.AbsorptionPerMm = CATALOGUE, "PMMA", [0.0]
+        medium.Kind, medium.Catalogue = CATALOGUE, "polycarbonate"
         FreeCADGui.getDocument(study.Document.Name).setEdit(medium.Name, 0)
         FreeCADGui.activeDocument().activeView().fitAll()
-        spin(1.0)
         window_picture(os.path.join(folder, "panels.png"))
         self.assertGreater(os.path.getsize(os.path.join(folder, "panels.png")), 50_000)
         FreeCADGui.getDocument(study.Document.Name).resetEdit()
