@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What a scene becomes when an effect is switched off."""
+"""What a scene becomes when an effect is switched off.
+
+What takes an effect's place may be switched off too: then light is absorbed. So the order in which effects are named
+does not matter.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +15,6 @@ from raymaps.materials import (
     Coefficients,
     FresnelInterface,
     Medium,
-    MixturePart,
     SurfaceProperty,
 )
 from raymaps.scene import Scene
@@ -46,26 +49,29 @@ def all_absorbed(kind: str) -> Change:
 
 def smooth(kind: str) -> Change:
     """Surfaces of a kind are smooth interfaces."""
-    return lambda scene: _with_surfaces(scene, kind, lambda _: FresnelInterface())
+    return lambda scene: _with_surfaces(
+        scene, kind, lambda _: Absorber() if "fresnel" in scene.settings.without else FresnelInterface()
+    )
 
 
 def specular_only(kind: str) -> Change:
     """Surfaces of a kind reflect and transmit all of it specularly."""
-    return lambda scene: _with_surfaces(
-        scene,
-        kind,
-        lambda prop: Coefficients(specular_reflectance=prop.reflectance, specular_transmittance=prop.transmittance),
-    )
+
+    def change(scene: Scene, prop: Any) -> SurfaceProperty:
+        if "coefficients" in scene.settings.without:
+            return Absorber()
+        return Coefficients(specular_reflectance=prop.reflectance, specular_transmittance=prop.transmittance)
+
+    return lambda scene: _with_surfaces(scene, kind, lambda prop: change(scene, prop))
 
 
 def dominant_part(scene: Scene) -> Scene:
-    """Mixtures consist of their largest part alone."""
+    """In place of each mixture stands its largest part."""
 
-    def change(mixture: Any) -> SurfaceProperty:
-        largest = max(mixture.parts, key=lambda part: part.weight)
-        return mixture.model_copy(update={"parts": (MixturePart(weight=1.0, surface=largest.surface),)})
+    def largest(mixture: Any) -> SurfaceProperty:
+        return scene.surfaces[max(mixture.parts, key=lambda part: part.weight).surface]
 
-    return _with_surfaces(scene, "mixture", change)
+    return _with_surfaces(scene, "mixture", largest)
 
 
 def nothing_absorbed_inside(scene: Scene) -> Scene:
