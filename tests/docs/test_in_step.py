@@ -168,7 +168,7 @@ def test_the_grammar_is_that_of_the_parser() -> None:
 
 
 def test_reasons_of_killed_rays_are_told() -> None:
-    told = rows(section(page("physics.md"), "## The energy ledger"))
+    told = rows(section(page("optics.md"), "## The energy ledger"))
     assert [quoted(cells[0])[0] for cells in told] == list(KILL_REASONS.values())
 
 
