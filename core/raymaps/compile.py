@@ -23,10 +23,12 @@ from raymaps.kinds import SurfaceKind
 from raymaps.materials import (
     VACUUM,
     FresnelInterface,
+    Lambertian,
     Medium,
     Mixture,
     Record,
     RoughInterface,
+    SpectrumTable,
     SurfaceProperty,
     ThinFilm,
 )
@@ -193,6 +195,27 @@ def _check_interfaces(scene: Scene) -> None:
                 f"Surface '{surface}' of {where} is an interface between two media but the body has no medium: give it "
                 "one."
             )
+    for name, body in scene.bodies.items():
+        if body.medium is not None and scene.media[body.medium].is_conductor:
+            _check_metal(scene, name, (body.surface, *body.face_surfaces.values()))
+
+
+def _check_metal(scene: Scene, body: str, surfaces: tuple[str, ...]) -> None:
+    """No light can be scattered into a metal."""
+    for surface in surfaces:
+        prop = scene.surfaces[surface]
+        parts = [part.surface for part in prop.parts] if isinstance(prop, Mixture) else [surface]
+        for part in parts:
+            scattering = scene.surfaces[part]
+            if isinstance(scattering, Lambertian) and any(_numbers(scattering.transmittance)):
+                raise SceneError(
+                    f"Surface '{part}' of body '{body}' transmits light, but the body is of metal: set its "
+                    "transmittance to 0, or give the body no medium."
+                )
+
+
+def _numbers(value: tuple[float, ...] | SpectrumTable) -> tuple[float, ...]:
+    return value.value if isinstance(value, SpectrumTable) else value
 
 
 def _check_faces_of_detectors(scene: Scene, meshes: tuple[BodyMesh, ...]) -> None:

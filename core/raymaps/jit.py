@@ -12,7 +12,7 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-__all__ = ["kernel"]
+__all__ = ["allocating_kernel", "kernel"]
 
 # numba takes linear algebra from scipy where there is one. Our loops have none, so a third of a second is saved by
 # letting it find no scipy while it is imported.
@@ -28,5 +28,14 @@ finally:
 
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a loop over rays, or a function that such loops call."""
+    """Compile a loop over rays, or a function that such loops call, that makes no arrays of its own.
+
+    Its arguments live as long as it runs, so references to them are not counted: handing the arrays of a wave, one by
+    one, to a function would otherwise take longer than what most functions do with them.
+    """
+    return numba.njit(nogil=True, cache=True, error_model="numpy", _nrt=False)(function)
+
+
+def allocating_kernel(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a loop, or a function that such loops call, that makes arrays."""
     return numba.njit(nogil=True, cache=True, error_model="numpy")(function)

@@ -39,6 +39,18 @@ def test_ledger_closes(everything):
     assert ledger.escaped_w < 1e-3 * ledger.emitted_w  # the room is closed
 
 
+def test_light_is_booked_to_what_took_it(everything):
+    """Clear media take nothing but rounding; metals, films and all that is not white take light."""
+    ledger = energy_ledger(everything)
+    for medium, absorbed_w in ledger.absorbed_by_medium_w.items():
+        if medium in ("tinted", "milk", "glass"):
+            assert absorbed_w > 1e-4 * ledger.emitted_w, medium
+        else:
+            assert abs(absorbed_w) < 1e-6 * ledger.emitted_w, medium
+    for body in ("polished_metal", "brushed_metal", "coated_metal", "filter_None", "Room"):
+        assert ledger.absorbed_by_body_w[body] > 1e-4 * ledger.emitted_w, body
+
+
 def test_light_never_grows(everything):
     for portion in everything.portions:
         before = np.delete(portion.power, portion.event_offsets[1:] - 1)

@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from raymaps.jit import kernel
+from raymaps.jit import allocating_kernel
 
 __all__ = ["has_step", "has_step_at"]
 
 
-@kernel
+@allocating_kernel
 def has_step(offsets, code, wanted):
     """Which signatures have a step with a wanted code.
 
@@ -33,7 +33,7 @@ def has_step(offsets, code, wanted):
     return found
 
 
-@kernel
+@allocating_kernel
 def has_step_at(offsets, place, index, code, wanted):
     """Which signatures have a step at a place that also has a wanted code.
 

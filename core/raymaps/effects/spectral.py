@@ -31,9 +31,11 @@ def needed_by(scene: Scene) -> tuple[str, ...]:
         parts = [scene.surfaces[part.surface] for part in prop.parts] if isinstance(prop, Mixture) else [prop]
         if any(_depends_on_wavelength(getattr(part, field)) for part in parts for field in type(part).model_fields):
             reasons.append(f"surface '{surface}' of {places[0]} depends on wavelength")
+        if any(part.kind == "thin_film" for part in parts):
+            reasons.append(f"thin film '{surface}' of {places[0]}")
     for name, where in used_media(scene).items():
         medium = scene.media[name]
         tables = (medium.absorption_per_mm, medium.extinction, *(s.coefficient_per_mm for s in medium.scattering))
-        if any(is_spectral(table) for table in tables):
+        if any(is_spectral(table) for table in tables) or (medium.is_conductor and medium.is_dispersive):
             reasons.append(f"medium '{name}' of {where} depends on wavelength")
     return (*reasons, *(f"dispersion: {reason}" for reason in dispersion.needed_by(scene)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from raymaps.jit import kernel
+from raymaps.jit import allocating_kernel, kernel
 from raymaps.kernels.lobes import SCATTERED_BACK, abg_point, go_on, projections
 from raymaps.kernels.outcome import draw_among
 from raymaps.kernels.random import ON_SURFACE, uniforms
@@ -26,7 +26,7 @@ def scattered_share(specular, nodes, values):
     return values[after - 1] + min(1.0, max(0.0, place)) * (values[after] - values[after - 1])
 
 
-@kernel
+@allocating_kernel
 def run(active, wave, tables, data, key, depth):
     """Send every ray that meets such a surface on, specularly or scattered, or absorb it."""
     n_bands = wave.light.shape[1]

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from raymaps.jit import kernel
+from raymaps.jit import allocating_kernel, kernel
 from raymaps.kernels.at_surface import incidence_cosine, refract, refraction_cosine
 from raymaps.kernels.mirror import reflect
 from raymaps.kernels.outcome import draw_among, total
@@ -189,7 +189,7 @@ def draw_cell(data, count, index, weight, arriving, light, u, v):
     return data.border_start[drawn] + low - first
 
 
-@kernel
+@allocating_kernel
 def run(active, wave, tables, data, key, depth):
     """Reflect, transmit, scatter or absorb every ray that meets a surface with a table."""
     n_bands = wave.light.shape[1]

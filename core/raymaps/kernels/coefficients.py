@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from raymaps.jit import kernel
+from raymaps.jit import allocating_kernel, kernel
 from raymaps.kernels.at_surface import incidence_cosine, refract, refraction_cosine
 from raymaps.kernels.directions import lambertian
 from raymaps.kernels.mirror import reflect
@@ -51,7 +51,7 @@ def shares_at(angle, nodes, table, shares):
             shares[outcome, band] = low + place * (high - low)
 
 
-@kernel
+@allocating_kernel
 def run(active, wave, tables, data, key, depth):
     """Reflect or transmit every ray that meets such a surface, specularly or diffusely, or absorb it."""
     n_bands = wave.light.shape[1]

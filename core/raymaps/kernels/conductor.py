@@ -7,7 +7,7 @@ import cmath
 
 import numpy as np
 
-from raymaps.jit import kernel
+from raymaps.jit import allocating_kernel, kernel
 from raymaps.kernels.at_surface import incidence_cosine
 from raymaps.kernels.mirror import reflect
 from raymaps.kernels.outcome import draw_reflection
@@ -32,7 +32,7 @@ def reflectance(cos_i, n_i, n, k):
     return 0.5 * (r_s.real**2 + r_s.imag**2 + r_p.real**2 + r_p.imag**2)
 
 
-@kernel
+@allocating_kernel
 def run(active, wave, tables, data, key, depth):
     """Reflect every ray that meets the smooth surface of a metal, or absorb it there."""
     share = np.empty(wave.light.shape[1])

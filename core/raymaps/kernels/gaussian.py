@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from raymaps.jit import kernel
+from raymaps.jit import allocating_kernel
 from raymaps.kernels.lobes import SCATTERED_BACK, gaussian_point, go_on, projections
 from raymaps.kernels.outcome import draw_among
 from raymaps.kernels.random import ON_SURFACE, uniforms
@@ -16,7 +16,7 @@ _HERE = int(SurfaceKind.GAUSSIAN)
 _ABSORPTION = int(EventKind.ABSORPTION)
 
 
-@kernel
+@allocating_kernel
 def run(active, wave, tables, data, key, depth):
     """Send every ray that meets such a surface on, specularly or scattered, or absorb it."""
     n_bands = wave.light.shape[1]

@@ -8,6 +8,7 @@ import math
 import numpy as np
 
 from raymaps.jit import kernel
+from raymaps.kernels.outcome import total
 from raymaps.kernels.random import IN_MEDIUM, uniforms
 from raymaps.kinds import EventKind
 
@@ -32,10 +33,13 @@ def run(active, wave, tables, data, key, depth):
             continue
         light = wave.light[i]
         distance = wave.distance[i]
-        arriving = lost = 0.0
-        for band in range(n_bands):
-            arriving += np.float64(light[band])
-            lost += light[band] * -math.expm1(-absorption[band] * distance)
+        arriving = total(light)
+        if largest == smallest:
+            lost = arriving * -math.expm1(-largest * distance)
+        else:
+            lost = 0.0
+            for band in range(n_bands):
+                lost += light[band] * -math.expm1(-absorption[band] * distance)
         u, v, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), depth, IN_MEDIUM)
         u *= arriving
         if u >= lost:
@@ -45,10 +49,12 @@ def run(active, wave, tables, data, key, depth):
                     light[band] = (light[band] - light[band] * -math.expm1(-absorption[band] * distance)) * scale
             continue
         # where: drawn in the band that u fell into, from the exponential cut off at the segment's end
-        band, below = 0, light[0] * -math.expm1(-absorption[0] * distance)
-        while u >= below and band < n_bands - 1:
-            band += 1
-            below += light[band] * -math.expm1(-absorption[band] * distance)
+        band = 0
+        if largest != smallest:
+            below = light[0] * -math.expm1(-absorption[0] * distance)
+            while u >= below and band < n_bands - 1:
+                band += 1
+                below += light[band] * -math.expm1(-absorption[band] * distance)
         depth_in = -math.log1p(v * math.expm1(-absorption[band] * distance)) / absorption[band]
         depth_in = min(depth_in, distance)
         for axis in range(3):

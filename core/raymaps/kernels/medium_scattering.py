@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from raymaps.jit import kernel
+from raymaps.jit import allocating_kernel, kernel
 from raymaps.kernels.directions import around
 from raymaps.kernels.phase import henyey_greenstein, tabulated
 from raymaps.kernels.random import SCATTER_DIRECTION, SCATTER_PLACE, uniforms
@@ -27,7 +27,7 @@ def fine(u, v):
     return min((u - 2.0**-33) + v * 2.0**-32, 1.0 - 2.0**-53)
 
 
-@kernel
+@allocating_kernel
 def run(active, wave, tables, data, key, depth):
     """End the segments of rays that a medium scatters; the light of all rays is recoloured, its sum stays.
 
@@ -122,7 +122,7 @@ def recolour(light, weight):
             light[band] = weight[band] * (total / weights)
 
 
-@kernel
+@allocating_kernel
 def scatter(active, wave, tables, data, key, depth):
     """Turn the rays that are scattered.
 
@@ -149,7 +149,7 @@ def scatter(active, wave, tables, data, key, depth):
         wave.direction[i, 0], wave.direction[i, 1], wave.direction[i, 2] = dx, dy, dz
 
 
-@kernel
+@allocating_kernel
 def _draw_component(light, share, weight, u):
     """Draw one of several scatterers by its share of the light, and recolour the light to what it scatters.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from raymaps.jit import kernel
+from raymaps.jit import allocating_kernel
 from raymaps.kernels.at_surface import head, tangents
 from raymaps.kernels.microsurface import walk_between_media, walk_on_metal
 from raymaps.kernels.outcome import draw_reflection
@@ -19,7 +19,7 @@ _REFRACTION = int(EventKind.FRESNEL_REFRACTION)
 _ABSORPTION = int(EventKind.ABSORPTION)
 
 
-@kernel
+@allocating_kernel
 def run(active, wave, tables, data, key, depth):
     """Send every ray that meets a rough interface over its microfacets."""
     share = np.empty(wave.light.shape[1])

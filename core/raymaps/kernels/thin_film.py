@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from raymaps.jit import kernel
+from raymaps.jit import allocating_kernel, kernel
 from raymaps.kernels.at_surface import incidence_cosine, refract, refraction_cosine
 from raymaps.kernels.mirror import reflect
 from raymaps.kernels.outcome import draw_among
@@ -45,7 +45,7 @@ def place_in_table(cos_i, cos_t, n_i, n_t):
     return 2.0 / math.pi * math.atan2(math.sqrt(max(0.0, beyond_critical)), cos_i)
 
 
-@kernel
+@allocating_kernel
 def run(active, wave, tables, data, key, depth):
     """Reflect or refract every ray that meets a coated surface, or absorb it in the layers."""
     n_bands = wave.light.shape[1]

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from raymaps.jit import kernel
+from raymaps.jit import allocating_kernel, kernel
 
 __all__ = ["hash_rays", "number_rows", "number_signatures", "sum_light"]
 
@@ -25,7 +25,7 @@ def _mix(value):
     return value ^ (value >> np.uint64(31))
 
 
-@kernel
+@allocating_kernel
 def number_signatures(source, n_sources, event_offsets, event_code, crossing_row, crossing_code):
     """Number the distinct sequences of codes among the rays, in the order in which they first appear.
 
@@ -104,7 +104,7 @@ def number_signatures(source, n_sources, event_offsets, event_code, crossing_row
     return ray_signature, signature_source, offsets, codes
 
 
-@kernel
+@allocating_kernel
 def number_rows(bits):
     """Number the distinct rows of a table in the order in which they first appear.
 

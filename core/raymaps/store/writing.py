@@ -25,6 +25,11 @@ from raymaps.traced import FaceIndex, TracedPortion
 
 __all__ = ["write_portion"]
 
+#: Events at which only metals and absorbing films take light.
+_MOSTLY_LOSSLESS = (EventKind.FRESNEL_REFLECTION, EventKind.FRESNEL_REFRACTION, EventKind.MEDIUM_SCATTERING)
+#: Share of the light that is lost by rounding in float32, at most.
+ROUNDING = 1e-5
+
 
 def write_portion(
     folder: Path, history: TracedPortion, names: Names, faces: FaceIndex, bands: Bands, stored: Stored
@@ -174,10 +179,10 @@ def _ledger(
     account = at_end[history.kind]
     on_body = by_body[history.kind] & (face >= 0)
     account[on_body] = face_body[face[on_body]]
-    # an interface takes no light: what is lost on the way to it is the medium's (rounding of its recolouring)
-    lossless = np.flatnonzero(
-        np.isin(history.kind, (EventKind.FRESNEL_REFLECTION, EventKind.FRESNEL_REFRACTION, EventKind.MEDIUM_SCATTERING))
-    )
+    # where an interface takes no light, what is lost on the way to it is the medium's (rounding of its recolouring)
+    rows = np.flatnonzero(np.isin(history.kind, _MOSTLY_LOSSLESS))
+    before, after = light_power[light[rows - 1]], light_power[light[rows]]
+    lossless = rows[before - after <= ROUNDING * before]
     account[lossless] = n_bodies + history.medium[lossless - 1]
     in_medium = by_medium[history.kind]
     account[in_medium] = n_bodies + history.medium[in_medium]
