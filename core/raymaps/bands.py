@@ -37,6 +37,8 @@ Float = NDArray[np.float64]
 
 #: Dominant wavelengths of the sRGB primaries (IEC 61966-2-1): what stands for a band where a wavelength is asked for.
 _PRIMARIES_NM = (611.4, 549.1, 464.2)
+#: Most bands that a simulation can have, single wavelengths among them.
+MOST_BANDS = 2000
 #: Step in nm at which smooth spectra are looked at.
 _STEP_NM = 0.5
 #: Share of a source's light below which a band has none: what rounding leaves.
@@ -181,7 +183,8 @@ class Bands:
         cumulated = np.zeros((len(sources), len(nm)))
         for row, source in zip(cumulated, sources, strict=True):
             if self.is_spectral and not isinstance(source.spectrum, SpectralLines):
-                row[:] = _cumulated(nm, spectral_density(source, nm))
+                density = spectral_density(source, nm)
+                row[:] = _cumulated(nm, density / (density.max() or 1.0))
         return nm, cumulated
 
     def to_dict(self) -> dict[str, Any]:
@@ -249,7 +252,7 @@ def spectral_bands(scene: Scene) -> Bands:
     Raises
     ------
     SceneError
-        If a source shines in no band, or its illuminant is unknown.
+        If a source shines in no band, its illuminant is unknown, or there are too many single wavelengths.
     """
     settings: SpectralBands = scene.settings.spectrum
     edges = np.linspace(settings.from_nm, settings.to_nm, settings.bands + 1)
@@ -263,6 +266,11 @@ def spectral_bands(scene: Scene) -> Bands:
         shining = np.any([whole.light_of(s, f"Source '{n}'") > 0 for n, s in continuous.items()], axis=0)
     else:
         shining = np.zeros(len(low), bool)
+    if shining.sum() + len(lines) > MOST_BANDS:
+        raise SceneError(
+            f"Spectra of the sources need {shining.sum()} bands and {len(lines)} single wavelengths, more than "
+            f"{MOST_BANDS}: set settings.spectrum.bands lower, or give spectra of many lines as tables."
+        )
     low = np.concatenate([low[shining], lines])
     high = np.concatenate([high[shining], lines])
     bare = Bands(low, high, True, settings.observer, np.zeros((len(low), 3)), None)
