@@ -21,6 +21,7 @@ FIGURES = (
     ("min", "w_per_sr", "least", "W/sr"),
     ("max", "w_per_sr", "most", "W/sr"),
     ("mean", "cd", "mean", "cd"),
+    ("min", "cd", "least", "cd"),
     ("max", "cd", "most", "cd"),
 )
 SAVED_AS = "Table (*.csv);;Arrays (*.npz);;Picture (*.png)"
@@ -109,6 +110,11 @@ def html(answer):
         value, error = answer.get(f"{name}_{key_unit}"), answer.get(f"{name}_stderr_{key_unit}")
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             rows.append((words, with_error(float(value), float(error or 0.0), unit)))
+    for level in (50, 10):
+        widths = [answer.get(f"beam_{level}_{plane}_deg") for plane in ("c0", "c90")]
+        if any(width is not None for width in widths):
+            told = " and ".join("none" if width is None else f"{width:.3g}\u00b0" for width in widths)
+            rows.append((f"beam {level} %", f"{told} wide in C0 and C90"))
     if isinstance(answer.get("uniformity"), (int, float)):
         rows.append(("uniformity", f"{answer['uniformity']:.3g} \u00b1 {answer.get('uniformity_stderr') or 0:.2g}"))
     if answer.get("crossings") is not None and answer.get("rays") is not None:

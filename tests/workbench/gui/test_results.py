@@ -14,7 +14,7 @@ from raymaps_wb.gui.detector_view import html
 from raymaps_wb.gui.dock import DETECTORS
 from raymaps_wb.gui.effects_view import lines, sentence
 from raymaps_wb.objects.detector import make_detector
-from raymaps_wb.objects.medium import CATALOGUE
+from raymaps_wb.objects.medium import CATALOGUE, make_medium, set_scatterers
 from raymaps_wb.objects.references import set_references
 from raymaps_wb.objects.source import make_source
 from raymaps_wb.objects.study import members
@@ -93,6 +93,55 @@ class ResultsTest(WindowTest):
         self.assertTrue(wait_until(lambda: os.path.isfile(path), 30), self.panel.detectors.text.text())
         with open(path, encoding="latin-1") as file:
             self.assertIn("TILT", file.read())
+
+    def test_a_study_with_much_in_it_runs(self):
+        """Spectral light through a coated and a rough body, a turbid one, and a metal; each source of its own kind."""
+        study, lens, plate = self.full_study()
+        study.Rays, study.Bands = 3000, 8
+        medium = members(study, "RayMaps::Medium")[0]
+        medium.Kind, medium.Catalogue = CATALOGUE, "N-BK7"
+        milk_box, metal_box = self.box("Milk", (5, 5, 5)), self.box("Metal", (5, 5, 5))
+        milk_box.Placement.Base, metal_box.Placement.Base = self.vector(15, 0, 0), self.vector(25, 0, 0)
+        milk = make_medium(self.document, study, "milk")
+        milk.AbsorptionFile, milk.OutsideTables = self.file("absorption.csv", "400 0.01\n700 0.001\n"), "Clamp"
+        set_scatterers(
+            milk, [("Henyey-Greenstein", "0.5", 0.8, ""), ("Table file", "0.1", 0, self.file("p", data.PHASE))]
+        )
+        set_references(milk, [(milk_box, "")])
+        silver = make_medium(self.document, study, "silver", kind=CATALOGUE)
+        silver.Catalogue = "silver"
+        set_references(silver, [(metal_box, "")])
+        coat = make_surface_property(self.document, study, "coat", "Thin film")
+        coat.LayerMedia, coat.LayerThicknessNm = [milk], [100.0]
+        set_references(coat, [(lens, "Face6")])
+        rough = make_surface_property(self.document, study, "ground", "Rough")
+        set_references(rough, [(lens, "Face1")])
+        paint = make_surface_property(self.document, study, "paint", "Coefficients")
+        paint.SpecularReflectanceFile, paint.DiffuseReflectance = self.file("c.csv", data.COATING), [0.0]
+        paint.OutsideTables = "Clamp"
+        black = members(study, "RayMaps::SurfaceProperty")[0]
+        set_references(black, [(lens, "Face5")])
+        set_references(paint, [(plate, "")])
+        for kind, spectrum in (("Sun", "Illuminant"), ("Gaussian beam", "Lines"), ("Luminaire", "Black body")):
+            source = make_source(self.document, study, kind, kind)
+            source.Placement = self.placement(10, 5, 50, (1, 0, 0), 0 if kind == "Luminaire" else 180)
+            source.Spectrum, source.Radius = spectrum, 20
+        source.LuminaireFile = self.file("lamp.ies", data.IES)
+        make_detector(self.document, study, "Sky", "Far field")
+        self.document.recompute()
+        self.run_to_the_end(study)
+        self.assertTrue(wait_until(lambda: "Simulates" in self.panel.effects_line.text(), 30))
+        names = {effect.name for effect in self.panel._known_effects if effect.needed}
+        wanted = {"spectral", "dispersion", "medium_scattering", "medium_absorption", "conductor", "thin_film", "rough"}
+        self.assertEqual(wanted - names, set())
+        self.ask("true", 100)
+        self.panel.tabs.setCurrentIndex(DETECTORS)
+        self.assertTrue(wait_until(lambda: self.panel.detectors.names.count() == 2, 30))
+        self.assertIn("lm", self.measured("Sky"))
+        self.picture_of(self.panel, "spectral.png")
+
+    def file(self, name, content):
+        return data.write(self.folder, name, content)
 
     def test_effects_of_a_run(self):
         study = self.lit_study()
