@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +24,7 @@ from raymaps.criterion import (
     parse_criterion,
 )
 from raymaps.results.cells import CellSums, Sums
+from raymaps.store import Lights
 
 if TYPE_CHECKING:
     from raymaps.store import RayMap
@@ -174,7 +176,7 @@ def photometric(
     lumen_per_w = raymap.bands.lumen_per_w
     if lumen_per_w is None:
         return None
-    emitted = np.array([raymap.bands.light_of(source) @ lumen_per_w for source in raymap.scene.sources.values()])
+    emitted = _at_emission(raymap, lambda lights: lights.lumen_per_w, float(lumen_per_w.max()))
     cells = sums.cells[division]
     return _figures(
         raymap, asked, (sums.rays.lumen, sums.rays.lumen_squares),
@@ -228,9 +230,25 @@ def spectrum_of(raymap: RayMap, asked: Asked, sums: Sums) -> Spectrum | None:
     if sums.spectrum is None:
         return None
     total, squares = sums.spectrum
-    emitted = np.array([raymap.bands.light_of(source) for source in raymap.scene.sources.values()])
+    emitted = _at_emission(raymap, lambda lights: lights.spectra, np.ones(raymap.bands.n))
     flux, stderr = estimate_flux(raymap.source_flux_w, raymap.rays_of_source, total, squares, asked.impossible, emitted)
     return Spectrum(raymap.bands.low_nm, raymap.bands.high_nm, flux, stderr)
+
+
+def _at_emission(raymap: RayMap, value: Callable[[Lights], Any], unknown: Any) -> Float:
+    """A value of the light that the first ray of each source was emitted with, (n_sources, ...)."""
+    found: dict[int, Any] = {}
+    sources = range(len(raymap.names.sources))
+    for portion in raymap.portions:
+        of_ray = portion.signatures.ray_source[portion.ray_signature]
+        for source in set(sources) - found.keys():
+            rays = np.flatnonzero(of_ray == source)
+            if len(rays):
+                light = portion.event_light[portion.event_offsets[rays[0]]]
+                found[source] = value(portion.lights)[light]
+        if len(found) == len(sources):
+            break
+    return np.array([found.get(source, unknown) for source in sources], np.float64)
 
 
 def named(figure: Statistic, name: str, unit: str) -> dict[str, Any]:
