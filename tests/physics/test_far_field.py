@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from raymaps import evaluate_detector, query
+from raymaps.formats.photometry_out import Photometry, eulumdat_text, ies_text
 from raymaps.results.info import map_info
 from tests.physics.scenes import agrees, body, box, chi_square_agrees, disc_source, revolved, traced
 
@@ -164,6 +165,29 @@ def test_told_precision_of_directions_is_the_true_one(tmp_path):
     # all there is is wrapped in a twentieth of its size, so no last segment is shorter: that bounds the error
     assert np.linalg.norm(way, axis=1).min() > 0.05 * 20 * 0.99
     assert told_deg < 0.001
+
+
+@pytest.mark.parametrize("write", [ies_text, eulumdat_text], ids=["ies", "ldt"])
+def test_half_planes_stand_where_a_luminaire_has_them(tmp_path, write):
+    """A luminaire that shines most towards C = 30 and gamma = 60 degrees: no half plane is turned or mirrored."""
+    gamma, c = np.radians(np.arange(0, 181, 5)), np.radians(np.arange(0, 360, 10))[:, None]
+    peak = math.radians(60)
+    towards = np.cos(gamma) * math.cos(peak) + np.sin(gamma) * math.sin(peak) * np.cos(c - math.radians(30))
+    table = Photometry("Lamp", 2 + towards**3, 1000.0, 1000.0, "2026-01-31")
+    suffix = ".ies" if write is ies_text else ".ldt"
+    (tmp_path / f"lamp{suffix}").write_text(write(table))
+    axes = {"direction": [1, 2, -3], "c0_direction": [0, 1, 1]}
+    h = traced(
+        tmp_path, {}, rays=200_000,
+        sources={"L": {"kind": "luminaire", "flux_w": 1, "position_mm": [0, 0, 0], **axes,
+                       "intensity": {"file": f"lamp{suffix}"}}},
+        detectors={"Far": {"kind": "far_field", "axis": axes["direction"], "x_axis": axes["c0_direction"]}},
+    )  # fmt: skip
+    found = evaluate_detector(h.raymap, "Far", resolution=(12, 12))
+    nodes = table.candela[::3, ::3]
+    scale = (nodes * found.solid_angle_sr).sum()
+    agrees("intensity", found.intensity_w_per_sr, found.intensity_stderr_w_per_sr, nodes / scale, rounding=0.04)
+    assert np.unravel_index(np.argmax(found.intensity_w_per_sr), (12, 13)) == (1, 4)
 
 
 @pytest.mark.parametrize("suffix", [".ies", ".ldt"])
