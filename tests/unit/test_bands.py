@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -10,9 +11,13 @@ import pytest
 from scipy import integrate
 
 from raymaps.bands import RGB_BANDS, Bands, spectral_bands, spectral_density
-from raymaps.effects.dispersion import Data, drawn_wavelength
+from raymaps.effects.dispersion import Data, drawn_wavelength, interpolated_index, lower
+from raymaps.effects.lowering import Lowering
 from raymaps.errors import SceneError
-from raymaps.materials import SpectrumTable
+from raymaps.frame import Frame
+from raymaps.kernels import dispersion as kernels
+from raymaps.materials import Medium, SpectrumTable
+from raymaps.names import Names
 from raymaps.scene import Scene
 from raymaps.sources import quantised
 from raymaps.spectral_data import basis_functions, black_body, illuminant
@@ -237,6 +242,66 @@ def test_a_band_in_which_the_source_itself_has_no_light_is_drawn_evenly():
     assert drawn_wavelength(data, 1, 0, 0.25) == pytest.approx(402.5)
 
 
+def test_the_kernel_draws_the_wavelengths_of_the_reference():
+    spike = {"kind": "table", "wavelength_nm": [400, 532.0, 532.1, 532.2, 700], "value": [0, 1, 500, 0, 1]}
+    data, bands = data_of(scene_of(spike, EVEN, {"kind": "lines", "wavelength_nm": [555]}, bands=7))
+    for source, band, u in itertools.product(range(3), range(bands.n), (1e-10, 0.1, 0.5, 0.93, 1 - 1e-10)):
+        assert kernels.wavelength_in(data, source, band, u) == drawn_wavelength(data, source, band, u)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Index between the points of its grid
+
+BK7 = {
+    "formula": "sellmeier",
+    "coefficients": [1.03961212, 0.00600069867, 0.231792344, 0.0200179144, 1.01046945, 103.560653],
+}
+SF11 = {
+    "formula": "sellmeier",
+    "coefficients": [1.73759695, 0.013188707, 0.313747346, 0.0623068142, 1.89878101, 155.23629],
+}
+
+
+def index_data(index: dict, spectrum: dict, **settings) -> tuple[Data, Bands, Medium]:
+    """What the kernel reads of a medium around all."""
+    data = scene_of(spectrum, **settings).model_dump() | {"ambient": "m", "media": {"m": {"refractive_index": index}}}
+    scene = Scene.model_validate(data)
+    bands = spectral_bands(scene)
+    names = Names(("S0",), (), (), ("m",), (), ())
+    frame = Frame(np.zeros(3), 1.0, 1e-6)
+    return lower(Lowering(scene, names, bands, (scene.media["m"],), frame)), bands, scene.media["m"]
+
+
+@pytest.mark.parametrize("index", [BK7, SF11], ids=["N-BK7", "N-SF11"])
+@pytest.mark.parametrize(("low", "high"), [(400, 700), (379.3, 781.9), (550, 550.5), (1000, 2000)])
+def test_the_index_between_the_points_is_that_of_the_formula(index, low, high):
+    data, bands, medium = index_data(index, EVEN, from_nm=low, to_nm=high)
+    nm = np.random.default_rng(2).uniform(bands.low_nm.min(), bands.high_nm.max(), 500)
+    nm = np.concatenate([nm, bands.low_nm[:1], bands.high_nm[-1:]])
+    for function in (interpolated_index, kernels.index_at):
+        found = np.array([function(data, 0, one) for one in nm])
+        assert np.abs(found - medium.index_at(nm)).max() < 1e-9
+
+
+def test_the_index_at_a_single_wavelength_is_that_of_the_formula():
+    data, _, medium = index_data(SF11, {"kind": "lines", "wavelength_nm": [587.5618]})
+    assert (
+        kernels.index_at(data, 0, 587.5618) == float(medium.index_at(587.5618)) == interpolated_index(data, 0, 587.5618)
+    )
+
+
+def test_the_index_of_a_table_that_bends_overshoots_nowhere():
+    bent = {"wavelength_nm": [300, 500, 510, 511, 520, 800], "n": [1.0, 1.0, 1.0, 2.0, 2.0, 1.9]}
+    data, _, medium = index_data(bent, EVEN)
+    nm = np.linspace(380, 780, 4001)
+    for function in (interpolated_index, kernels.index_at):
+        found = np.array([function(data, 0, one) for one in nm])
+        assert found.min() >= 1
+        assert found.max() <= 2
+        off = np.abs(found - medium.index_at(nm))
+        assert off[np.abs(nm - 510.5) > 3].max() < 1e-4
+
+
 # ---------------------------------------------------------------------------------------------------------------------
 # Means of coefficients
 
@@ -256,6 +321,8 @@ def test_the_mean_of_a_constant_table_is_that_constant(n):
     bands, _ = bands_and_light(EVEN, bands=n, from_nm=300, to_nm=900)
     assert (bands.average(table([200, 555.55, 1000], [1, 1, 1]), "x") <= 1).all()
     assert bands.average(table([200, 555.55, 1000], [1, 1, 1]), "x") == pytest.approx(1, rel=1e-12)
+    nm = np.sort(np.random.default_rng(1).uniform(250, 950, 300))
+    assert (bands.average(table(nm, np.ones(300), "clamp"), "x") <= 1).all()
 
 
 def test_the_mean_in_a_band_without_width_is_the_value_there():

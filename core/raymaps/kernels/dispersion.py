@@ -17,12 +17,14 @@ def index_at(data, row, wavelength_nm):
     first = min(max(int(place) - 1, 0), data.n.shape[1] - 4)
     p = place - first - 1.0
     values = data.n[row]
-    return (
+    below = min(int(place), data.n.shape[1] - 2)
+    cubic = (
         -p * (p - 1.0) * (p - 2.0) / 6.0 * values[first]
         + (p * p - 1.0) * (p - 2.0) / 2.0 * values[first + 1]
         - p * (p + 1.0) * (p - 2.0) / 2.0 * values[first + 2]
         + p * (p * p - 1.0) / 6.0 * values[first + 3]
     )
+    return min(max(cubic, min(values[below], values[below + 1])), max(values[below], values[below + 1]))
 
 
 @kernel
