@@ -86,6 +86,7 @@ def simulate(
         If ``stop`` was set before all rays were traced; the map is valid.
     """
     from raymaps.compile import compile_scene
+    from raymaps.jit import kept_machine_code
 
     started = time.monotonic()
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
@@ -116,7 +117,7 @@ def simulate(
         )
         MapWriter.create(path, manifest, scene, compiled.meshes, compiled.ray_sets)
 
-    if on_note and not _kernels_are_compiled():
+    if on_note and not kept_machine_code():
         on_note("Compiling for this machine; that happens once and takes about half a minute.")
     from raymaps.trace import Tracer  # imports the kernels
 
@@ -197,8 +198,3 @@ def _in_threads(
                     yield future.result()
         finally:
             stop.set()
-
-
-def _kernels_are_compiled() -> bool:
-    """Whether an earlier run left machine code beside the kernels."""
-    return any((Path(__file__).parent / "kernels" / "__pycache__").glob("*.nbi"))
