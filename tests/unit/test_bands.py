@@ -370,6 +370,17 @@ def test_rgb_triples_are_shares_of_three_functions_that_add_up_to_one():
     assert 500 < bands.center_nm[np.argmax(green)] < 580
 
 
+@pytest.mark.parametrize(
+    "triple", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.8, 0.3, 0.1), (0.2, 0.5, 0.9)]
+)
+def test_under_d65_a_triple_has_the_colour_that_it_says(triple):
+    """What the basis is made for (Mallett, Yuksel, section 3): reflected D65 has the sRGB of the reflectance."""
+    for n, tolerance in ((32, 1e-2), (400, 1.3e-3)):
+        bands, light = bands_and_light({"kind": "illuminant", "name": "D65"}, bands=n)
+        reflected = (light * bands.average(triple, "x")) @ bands.rgb_per_w
+        assert reflected / (light @ bands.rgb_per_w) == pytest.approx(triple, abs=tolerance)
+
+
 def test_in_rgb_a_triple_is_itself_and_a_table_its_mean_over_each_colour():
     assert RGB_BANDS.average((0.2, 0.5, 0.9), "x").tolist() == [0.2, 0.5, 0.9]
     assert RGB_BANDS.average(table([300, 900], [0.4, 0.4]), "x") == pytest.approx([0.4] * 3)
