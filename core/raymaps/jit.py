@@ -39,6 +39,11 @@ finally:
         del sys.modules["scipy"]
 
 
+#: numba's types do not know of what is set here.
+_config: Any = numba.config
+_njit: Any = numba.njit
+
+
 def _folder_of_loops() -> Path:
     """Where machine code is kept, named by the source of all loops."""
     sources = [path for path in sorted(_PACKAGE.rglob("*.py")) if b"raymaps.jit" in path.read_bytes()]
@@ -55,13 +60,13 @@ def _forget_old(folder: Path) -> None:
 
 if "NUMBA_CACHE_DIR" not in os.environ:
     _folder = _folder_of_loops()
-    numba.config.CACHE_DIR = str(_folder)
+    _config.CACHE_DIR = str(_folder)
     _forget_old(_folder)
 
 
 def kept_machine_code() -> list[Path]:
     """Files with the machine code of loops that an earlier run left; empty if all is still to be compiled."""
-    return sorted(Path(numba.config.CACHE_DIR).rglob("*.nbi"))
+    return sorted(Path(_config.CACHE_DIR).rglob("*.nbi"))
 
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -70,9 +75,11 @@ def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     Its arguments live as long as it runs, so references to them are not counted: handing the arrays of a wave, one by
     one, to a function would otherwise take longer than what most functions do with them.
     """
-    return numba.njit(nogil=True, cache=True, error_model="numpy", _nrt=False)(function)
+    compiled: Callable[..., Any] = _njit(nogil=True, cache=True, error_model="numpy", _nrt=False)(function)
+    return compiled
 
 
 def allocating_kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a loop, or a function that such loops call, that makes arrays."""
-    return numba.njit(nogil=True, cache=True, error_model="numpy")(function)
+    compiled: Callable[..., Any] = _njit(nogil=True, cache=True, error_model="numpy")(function)
+    return compiled
