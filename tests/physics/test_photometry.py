@@ -51,6 +51,7 @@ def test_light_of_555_nm(tmp_path, store):
     assert flat.max_lx.value == pytest.approx(KM * flat.max_w_per_mm2.value * 1e6, rel=1e-6)
     assert flat.max_lx.stderr == pytest.approx(KM * flat.max_w_per_mm2.stderr * 1e6, rel=1e-6)
     assert far.flux_lm.value == pytest.approx(2 * KM, rel=1e-6)
+    assert far.flux_lm.stderr == pytest.approx(2 * KM / 20_000, rel=1e-6)  # all rays left: the error is that of one
     assert far.mean_cd.value == pytest.approx(2 * KM / (4 * math.pi), rel=1e-6)
     assert far.intensity_cd == pytest.approx(KM * far.intensity_w_per_sr, rel=1e-6)
     data = flat.to_dict()
@@ -74,6 +75,9 @@ def test_luminous_efficacy_of_d65(tmp_path):
     # V is averaged over bands of 12.5 nm in which D65 is taken as even
     assert far.flux_lm.value / far.flux_w.value == pytest.approx(expected, rel=2e-3)
     assert far.spectrum.flux_w.sum() == pytest.approx(2.0, rel=1e-6)
+    # all rays left, with all of their bands: the errors are those of one
+    assert far.flux_lm.stderr == pytest.approx(far.flux_lm.value / 20_000, rel=1e-6)
+    assert far.spectrum.stderr_w == pytest.approx(far.spectrum.flux_w / 20_000, rel=1e-6)
     shares = np.array(
         [np.trapezoid(np.interp(x := np.linspace(low, high, 200), nm, d65), x)
          for low, high in zip(far.spectrum.low_nm, far.spectrum.high_nm, strict=True)]

@@ -106,6 +106,7 @@ def sum_samples(raymap: RayMap, samples_of: Callable[[Portion], Samples | None],
     in_cell = [np.zeros((2, n)) for n in n_cells]
     spectral = raymap.bands.is_spectral and all(portion.lights.has_spectra for portion in raymap.portions)
     spectrum = SpectrumSums(*(np.zeros((n_sources, raymap.bands.n)) for _ in range(2))) if spectral else None
+    rounded, rounded_bands = np.zeros((4, n_sources)), np.zeros((2, n_sources, raymap.bands.n))
     n_rays = n_samples = 0
     for portion in raymap.portions:
         samples = samples_of(portion)
@@ -116,11 +117,11 @@ def sum_samples(raymap: RayMap, samples_of: Callable[[Portion], Samples | None],
         measured = _measured(samples.lights)
         for cell, division, room in zip(samples.cells, divisions, in_cell, strict=True):
             add_to_cells(samples.ray, samples.light, samples.less, cell, measured, source, division, room)
-        n_rays += add_rays(samples.ray, samples.light, samples.less, measured, source, rays)
+        n_rays += add_rays(samples.ray, samples.light, samples.less, measured, source, rays, rounded)
         if spectrum is not None:
             values = samples.lights.values
-            room_of_bands = np.zeros(raymap.bands.n)
-            add_spectra(samples.ray, samples.light, samples.less, values, source, spectrum, room_of_bands)
+            room = np.zeros(raymap.bands.n)
+            add_spectra(samples.ray, samples.light, samples.less, values, source, spectrum, rounded_bands, room)
     return Sums(rays, divisions, spectrum, n_rays, n_samples)
 
 

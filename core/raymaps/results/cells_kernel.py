@@ -14,7 +14,7 @@ __all__ = ["add_rays", "add_spectra", "add_to_cells", "rectangle_cells"]
 
 
 @kernel
-def add_rays(ray, light_row, less_row, light, source_of_ray, sums):
+def add_rays(ray, light_row, less_row, light, source_of_ray, sums, rounded):
     """Add the samples of a portion, whatever their cells.
 
     Parameters
@@ -27,6 +27,8 @@ def add_rays(ray, light_row, less_row, light, source_of_ray, sums):
         Power, lumens, red, green, blue.
     source_of_ray : (n_rays,) int
     sums : RaySums, added to
+    rounded : (4, n_sources) float64
+        What rounding added to each sum so far; zeros at first.
 
     Returns
     -------
@@ -42,10 +44,10 @@ def add_rays(ray, light_row, less_row, light, source_of_ray, sums):
             power += _value(light, light_row, less_row, end, 0)
             lumen += _value(light, light_row, less_row, end, 1)
             end += 1
-        sums.total[source] += power
-        sums.squares[source] += power * power
-        sums.lumen[source] += lumen
-        sums.lumen_squares[source] += lumen * lumen
+        _add(sums.total, rounded[0], source, power)
+        _add(sums.squares, rounded[1], source, power * power)
+        _add(sums.lumen, rounded[2], source, lumen)
+        _add(sums.lumen_squares, rounded[3], source, lumen * lumen)
         n_rays += 1
         start = end
     return n_rays
@@ -98,7 +100,7 @@ def add_to_cells(ray, light_row, less_row, cell, light, source_of_ray, sums, in_
 
 
 @kernel
-def add_spectra(ray, light_row, less_row, light, source_of_ray, sums, of_ray):
+def add_spectra(ray, light_row, less_row, light, source_of_ray, sums, rounded, of_ray):
     """Add the samples of a portion band by band.
 
     Parameters
@@ -107,6 +109,8 @@ def add_spectra(ray, light_row, less_row, light, source_of_ray, sums, of_ray):
         As of `add_rays`.
     light : (n_lights, n_bands) float
     sums : SpectrumSums, added to
+    rounded : (2, n_sources, n_bands) float64
+        What rounding added to each sum so far; zeros at first.
     of_ray : (n_bands,) float64
         Room for the light of one ray.
     """
@@ -120,9 +124,21 @@ def add_spectra(ray, light_row, less_row, light, source_of_ray, sums, of_ray):
                 of_ray[band] += _value(light, light_row, less_row, end, band)
             end += 1
         for band in range(len(of_ray)):
-            sums.total[source, band] += of_ray[band]
-            sums.squares[source, band] += of_ray[band] * of_ray[band]
+            _add(sums.total[source], rounded[0, source], band, of_ray[band])
+            _add(sums.squares[source], rounded[1, source], band, of_ray[band] * of_ray[band])
         start = end
+
+
+@kernel
+def _add(sums, rounded, at, value):
+    """Add a value to one of the sums without the rounding of many additions (W. Kahan, Comm. ACM 8 (1965), p. 40).
+
+    Where all rays bring the same light, rounding alone would else look like a spread.
+    """
+    corrected = value - rounded[at]
+    total = sums[at] + corrected
+    rounded[at] = (total - sums[at]) - corrected
+    sums[at] = total
 
 
 @kernel
