@@ -28,7 +28,9 @@ def needed_by(scene: Scene) -> tuple[str, ...]:
     reasons = [f"spectrum of source '{name}'" for name, source in scene.sources.items() if source.spectrum is not None]
     for surface, places in used_surfaces(scene).items():
         prop = scene.surfaces[surface]
-        parts = [scene.surfaces[part.surface] for part in prop.parts] if isinstance(prop, Mixture) else [prop]
+        parts = [prop]
+        if isinstance(prop, Mixture):
+            parts = [scene.surfaces[part.surface] for part in prop.parts if part.weight > 0]
         if any(_depends_on_wavelength(getattr(part, field)) for part in parts for field in type(part).model_fields):
             reasons.append(f"surface '{surface}' of {places[0]} depends on wavelength")
         if any(part.kind == "thin_film" for part in parts):
