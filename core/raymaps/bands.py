@@ -25,6 +25,7 @@ from raymaps.scene import BlackBody, EmissionTable, Illuminant, Scene, Source, S
 from raymaps.spectral_data import (
     basis_functions,
     black_body,
+    check_illuminant,
     illuminant,
     illuminant_wavelengths,
     luminous_efficacy,
@@ -260,6 +261,9 @@ def spectral_bands(scene: Scene) -> Bands:
         {nm for s in scene.sources.values() if isinstance(s.spectrum, SpectralLines) for nm in s.spectrum.wavelength_nm}
     )
     continuous = {n: s for n, s in scene.sources.items() if not isinstance(s.spectrum, SpectralLines)}
+    for name, source in continuous.items():
+        if isinstance(source.spectrum, Illuminant):
+            check_illuminant(source.spectrum.name, f"Source '{name}'")
     low, high = edges[:-1], edges[1:]
     if continuous:
         whole = Bands(low, high, True, settings.observer, np.zeros((len(low), 3)), None)

@@ -15,6 +15,7 @@ from raymaps.errors import SceneError, unknown_name
 __all__ = [
     "basis_functions",
     "black_body",
+    "check_illuminant",
     "illuminant",
     "illuminant_wavelengths",
     "luminous_efficacy",
@@ -51,8 +52,6 @@ def _table(what: str, name: str) -> tuple[Float, Float]:
         "luminosity": colour.SDS_LEFS,
         "basis": {"sRGB": colour.recovery.MSDS_BASIS_FUNCTIONS_sRGB_MALLETT2019},
     }[what]
-    if name not in tables:
-        raise SceneError(unknown_name(what, name, tables))
     table = tables[name]
     return np.array(table.wavelengths, np.float64), np.array(table.values, np.float64).reshape(
         len(table.wavelengths), -1
@@ -80,19 +79,20 @@ def black_body(nm: Float, temperature_k: float) -> Float:
 
 
 def illuminant(nm: Float, name: str) -> Float:
-    """Relative spectral flux per nm of a CIE illuminant, (n,); zero outside its table.
-
-    Raises
-    ------
-    SceneError
-        If the name is unknown.
-    """
+    """Relative spectral flux per nm of a CIE illuminant (see `check_illuminant`), (n,); zero outside its table."""
     return _at(nm, "illuminant", name)[0]
 
 
 def illuminant_wavelengths(name: str) -> Float:
     """Wavelengths in nm of the table of a CIE illuminant, (n,); raises `SceneError` if the name is unknown."""
     return _table("illuminant", name)[0]
+
+
+def check_illuminant(name: str, where: str) -> None:
+    """Refuse an illuminant that is unknown; raises `SceneError`."""
+    known = _colour().SDS_ILLUMINANTS
+    if name not in known:
+        raise SceneError(f"{where}: {unknown_name('illuminant', name, known)}")
 
 
 def luminous_efficacy(nm: Float) -> Float:

@@ -117,7 +117,10 @@ def _no_constant(text: str) -> NoReturn:
 
 def _faults(where: str, error: ValidationError) -> list[str]:
     """Every fault of a validation; one that all bands share, because one number stands for them, is told once."""
-    found = [(fault["loc"], _fault(fault)) for fault in error.errors(include_url=False)]
+    told = error.errors(include_url=False)
+    # entries that are wrong are missing in their list, which is then too short; that is no fault of its own
+    wrong = {fault["loc"][:-1] for fault in told if fault["loc"] and isinstance(fault["loc"][-1], int)}
+    found = [(f["loc"], _fault(f)) for f in told if not (f["type"] == "too_short" and f["loc"] in wrong)]
     bands = [(loc[:-1], text) if loc and isinstance(loc[-1], int) else None for loc, text in found]
     faults = {
         (loc[:-1] if band is not None and bands.count(band) == 3 else loc, text): None
