@@ -22,6 +22,7 @@ from raymaps.geometry import BodyMesh, load_bodies, mesh_digest, winding_number
 from raymaps.kinds import SurfaceKind
 from raymaps.materials import (
     VACUUM,
+    BsdfTable,
     FresnelInterface,
     Lambertian,
     Medium,
@@ -35,6 +36,7 @@ from raymaps.materials import (
 from raymaps.names import Names
 from raymaps.ray_sets import RayLight, light_of_rays, load_ray_sets, placed_box_mm, placed_sample_mm
 from raymaps.scene import (
+    Body,
     CrossingsSource,
     DiscSource,
     FaceDetector,
@@ -43,6 +45,7 @@ from raymaps.scene import (
     RaysSource,
     RectangleDetector,
     Scene,
+    Settings,
     SunSource,
 )
 
@@ -367,7 +370,17 @@ def _tables(
     )
 
 
-def _told(value: Any, passed_over: tuple[str, ...]) -> Any:
+#: Fields that say nothing of what happens to a ray; geometry counts as it was read from its file.
+_UNHASHED: dict[type[Record], tuple[str, ...]] = {
+    Scene: ("origin", "name"),
+    Settings: ("rays", "seed", "store"),
+    Body: ("geometry",),
+    Medium: ("reference",),
+    BsdfTable: ("reference",),
+}
+
+
+def _told(value: Any) -> Any:
     """A part of a scene as plain data.
 
     What stands at its default is left out, but for the kind of an object: a field that a later version brings changes
@@ -376,16 +389,16 @@ def _told(value: Any, passed_over: tuple[str, ...]) -> Any:
     if isinstance(value, Record):
         told = {}
         for name, field in type(value).model_fields.items():
-            if name in passed_over:
+            if name in _UNHASHED.get(type(value), ()):
                 continue
-            part = _told(getattr(value, name), passed_over)
-            default = None if field.is_required() else _told(field.get_default(call_default_factory=True), passed_over)
+            part = _told(getattr(value, name))
+            default = None if field.is_required() else _told(field.get_default(call_default_factory=True))
             if name == "kind" or field.is_required() or part != default:
                 told[name] = part
         return told
     if isinstance(value, dict):
-        return {key: _told(entry, passed_over) for key, entry in value.items()}
-    return [_told(entry, passed_over) for entry in value] if isinstance(value, tuple) else value
+        return {key: _told(entry) for key, entry in value.items()}
+    return [_told(entry) for entry in value] if isinstance(value, tuple) else value
 
 
 def _scene_hash(scene: Scene, meshes: tuple[BodyMesh, ...], ray_sets: dict[str, RaySet]) -> str:
@@ -394,6 +407,5 @@ def _scene_hash(scene: Scene, meshes: tuple[BodyMesh, ...], ray_sets: dict[str, 
         for name, source in scene.sources.items()
     }
     scene = scene.model_copy(update={"sources": sources})
-    data = _told(scene, ("origin", "name", "rays", "seed", "store", "geometry", "reference"))
-    text = json.dumps([data, [mesh_digest(mesh) for mesh in meshes]], separators=(",", ":"))
+    text = json.dumps([_told(scene), [mesh_digest(mesh) for mesh in meshes]], separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()
