@@ -477,6 +477,50 @@ def test_a_ray_is_narrowed_once_and_keeps_its_wavelength(tmp_path):
         assert np.all(np.abs(sine - 0.3 / math.hypot(0.3, 1) / n) < tolerance)
 
 
+STRAIGHT_ON = {
+    "comes_from": "front",
+    "goes_to": "transmission",
+    "incoming": {"polar_deg": [0]},
+    "outgoing": [{"ring_deg": [0, 90], "azimuth_deg": [[0, 360]]}],
+    "value": [[[0.0]]],
+    "specular": [[1.0]],
+}
+REFRACTING = {
+    "fresnel": {"kind": "fresnel"},
+    "coefficients": {"kind": "coefficients", "specular_transmittance": 1},
+    "thin_film": {"kind": "thin_film", "layers": [{"medium": "film", "thickness_nm": 120}]},
+    "rough": {"kind": "rough", "roughness": 0.001},
+    "gaussian": {"kind": "gaussian", "transmittance": 1, "scattered_share": 0.0, "sigma": 0.1},
+    "abg": {"kind": "abg", "transmittance": 1, "a": 0.0, "b": 1, "g": 1},
+    "bsdf": {"kind": "bsdf", "data": {"lobes": [STRAIGHT_ON]}},
+}
+
+
+@pytest.mark.parametrize("kind", REFRACTING)
+def test_every_surface_that_refracts_narrows_rays_and_bends_them_by_their_wavelength(tmp_path, kind):
+    """Snell's law ray by ray; microfacets of slope 0.001 spread it by a little."""
+    direction = (math.sin(0.7), 0, -math.cos(0.7))
+    h = traced(
+        tmp_path,
+        {"Block": body(box((-40, -40, -20), (40, 40, 0)), "black", "strong", plus_z="top")},
+        rays=4_000,
+        media={"strong": {"refractive_index": STRONG}, "film": {"refractive_index": 1.38}},
+        surfaces={"top": REFRACTING[kind], "black": {"kind": "absorber"}},
+        sources={"S": lit(disc_source((-5 * direction[0], 0, 5 * math.cos(0.7)), direction, 1), D65)},
+        settings={"store": "spectral"},
+    )
+    nm = wavelengths(h)
+    assert (nm > 0).all()
+    inside = np.flatnonzero(h.position[h.last, 2] < -1)
+    assert len(inside) > 3_000
+    way = h.way[h.first[inside] + 2]
+    sine = way[:, 0] / np.linalg.norm(way, axis=1)
+    off = np.abs(math.sin(0.7) / sine - strong_index(nm[inside]))
+    assert np.median(off) < (5e-3 if kind == "rough" else 2e-5)
+    assert np.quantile(off, 0.9 if kind == "rough" else 1) < (5e-2 if kind == "rough" else 2e-4)  # GGX has long tails
+    assert ((h.light[h.first + 1] > 0).sum(axis=1) == 1).all()
+
+
 def test_rays_that_meet_no_refracting_surface_keep_their_spectrum(tmp_path):
     """Inside a dispersive medium, mirrors and white walls do not ask for a wavelength."""
     h = traced(
