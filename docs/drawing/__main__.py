@@ -9,13 +9,14 @@ from pathlib import Path
 
 from matplotlib import rc_context
 
-from docs.drawing import detectors, media, sources, spectra, surfaces
+from docs.drawing import detectors, media, scatter, sources, spectra, surfaces
 from docs.drawing.look import LOOK, save
 
 FIGURES = {
     name.removeprefix("draw_"): getattr(module, name)
-    for module in (spectra, media, surfaces, sources, detectors)
+    for module in (spectra, media, surfaces, scatter, sources, detectors)
     for name in module.__all__
+    if name.startswith("draw_")
 }
 
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
@@ -15,7 +17,7 @@ from PIL import Image
 from raymaps.results.colours import paper_colours
 from raymaps.spectral_data import srgb_of_wavelengths
 
-__all__ = ["COLOURS", "FOLDER", "LOOK", "colours_of", "save", "size"]
+__all__ = ["COLOURS", "FOLDER", "LOOK", "colours_of", "mark", "save", "size"]
 
 FOLDER = Path(__file__).resolve().parents[1] / "pictures"
 #: Blue, orange, green, red, violet, grey: told apart by those who do not see all colours.
@@ -58,3 +60,8 @@ def colours_of(wavelength_nm: NDArray[np.float64]) -> NDArray[np.float64]:
     colours = paper_colours(rgb) / 255.0
     colours[:, 3] = 1.0
     return colours
+
+
+def mark(axes: Axes, x: Any, y: Any, error: Any, colour: str) -> None:
+    """Simulated figures with their standard errors."""
+    axes.errorbar(x, y, error, fmt="o", ms=4.5, color=colour, mfc="white", mew=1.4, elinewidth=1.2)

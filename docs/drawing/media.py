@@ -35,7 +35,10 @@ def draw_absorption(folder: Path) -> Figure:
             folder, f"{thickness}", {
                 "Plate": {"shape": block((-10, -10, -thickness), (10, 10, 0)), "medium": "green", "surface": "polished"}
             }, rays=60_000,
-            media={"around": {"refractive_index": 1.5}, "green": {"refractive_index": 1.5, "absorption_per_mm": _ABSORPTION}},
+            media={
+                "around": {"refractive_index": 1.5},
+                "green": {"refractive_index": 1.5, "absorption_per_mm": _ABSORPTION},
+            },
             ambient="around", surfaces={"polished": {"kind": "fresnel"}}, detectors={"All": far_field()},
             sources={"Beam": beam(0, spectrum={"kind": "table", "wavelength_nm": [400, 700], "value": [1, 1]})},
             settings={"store": "spectral", "spectrum": {"from_nm": 400, "to_nm": 700, "bands": 30}},
@@ -91,7 +94,8 @@ def draw_phase(folder: Path) -> Figure:
 
 def _draw_phase(axes: Any, folder: Path, phase: Any, words: str, colour: str) -> None:
     rays = trace(
-        folder, words.split()[0] + words[-3:].replace("²", ""), {"Fog": {"shape": block((-60, -60, -60), (60, 60, 60)), "medium": "fog", "surface": "edge"}},
+        folder, words.split()[0] + words[-3:].replace("²", ""),
+        {"Fog": {"shape": block((-60, -60, -60), (60, 60, 60)), "medium": "fog", "surface": "edge"}},
         rays=150_000, surfaces={"edge": {"kind": "fresnel"}},
         media={"fog": {"refractive_index": 1.0, "scattering": [
             {"coefficient_per_mm": 0.1, "phase": phase.model_dump(mode="json")}]}},
@@ -105,14 +109,21 @@ def _draw_phase(axes: Any, folder: Path, phase: Any, words: str, colour: str) ->
     measure = 2 * np.pi * -np.diff(np.cos(edges)) * len(rows)
     middle = np.arccos((np.cos(edges[1:]) + np.cos(edges[:-1])) / 2)
     axes.errorbar(
-        np.degrees(middle), counts / measure, np.sqrt(counts) / measure, fmt="o", ms=4.5, mfc="white", mew=1.4, color=colour
+        np.degrees(middle),
+        counts / measure,
+        np.sqrt(counts) / measure,
+        fmt="o",
+        ms=4.5,
+        mfc="white",
+        mew=1.4,
+        color=colour,
     )
     angle = np.linspace(0, np.pi, 400)
     axes.plot(np.degrees(angle), phase_density(phase, np.cos(angle)), color=colour, label=words)
 
 
-#: Total reflection and transmission of a slab of optical thickness 2, albedo 0.9, g = 0.75, no step of the index: H. van
-#: de Hulst: Multiple Light Scattering (1980), as quoted by L. Wang et al.: MCML (1995), table 1.
+#: Total reflection and transmission of a slab of optical thickness 2, albedo 0.9, g = 0.75, no step of the index:
+#: H. van de Hulst: Multiple Light Scattering (1980), as quoted by L. Wang et al.: MCML (1995), table 1.
 _VAN_DE_HULST = 2.0, 0.09739, 0.66096
 
 
@@ -123,8 +134,9 @@ def draw_slab(folder: Path) -> Figure:
     fog = [{"coefficient_per_mm": 0.9, "phase": {"kind": "henyey_greenstein", "g": 0.75}}]
     milky = {"refractive_index": 1.5, "absorption_per_mm": 0.01, "scattering": fog}
     rays = trace(
-        folder, "rays", {"Slab": {"shape": block((-30, -30, -6), (30, 30, 0)), "medium": "milk", "surface": "polished"}},
-        rays=70, media={"milk": milky}, surfaces={"polished": {"kind": "fresnel"}},
+        folder, "rays",
+        {"Slab": {"shape": block((-30, -30, -6), (30, 30, 0)), "medium": "milk", "surface": "polished"}}, rays=70,
+         media={"milk": milky}, surfaces={"polished": {"kind": "fresnel"}},
         sources={"Beam": beam(35, radius_mm=0.05)},
     )  # fmt: skip
     left.axhspan(-6, 0, color="#dfe7ee", lw=0)
@@ -139,17 +151,26 @@ def draw_slab(folder: Path) -> Figure:
     shares = np.array([_slab(folder, depth) for depth in depths])
     names = ("reflected", "transmitted", "absorbed")
     for column, (name, colour) in enumerate(zip(names, COLOURS, strict=False)):
-        right.errorbar(depths, shares[:, column], 1e-3, fmt="o-", ms=5, mfc="white", mew=1.4, lw=1, color=colour, label=name)
+        right.errorbar(
+            depths, shares[:, column], 1e-3, fmt="o-", ms=5, mfc="white", mew=1.4, lw=1, color=colour, label=name
+        )
     depth, reflected, transmitted = _VAN_DE_HULST
     right.plot([depth] * 2, [reflected, transmitted], "+", ms=17, mew=2, color="#202428", label="van de Hulst")
-    right.set(title="Slabs of albedo 0.9, g = 0.75, no step of the index", xlabel="optical thickness", ylabel="share", ylim=(0, 1), xlim=(0, 8.3))
+    right.set(
+        title="Slabs of albedo 0.9, g = 0.75, no step of the index",
+        xlabel="optical thickness",
+        ylabel="share",
+        ylim=(0, 1),
+        xlim=(0, 8.3),
+    )
     right.legend(loc="upper right")
     return figure
 
 
 def _slab(folder: Path, depth: float) -> tuple[float, float, float]:
     rays = trace(
-        folder, f"slab{depth}", {"Slab": {"shape": block((-5000, -5000, -depth), (5000, 5000, 0)), "medium": "fog", "surface": "edge"}},
+        folder, f"slab{depth}",
+        {"Slab": {"shape": block((-5000, -5000, -depth), (5000, 5000, 0)), "medium": "fog", "surface": "edge"}},
         rays=100_000, surfaces={"edge": {"kind": "fresnel"}},
         media={"fog": {"refractive_index": 1.0, "absorption_per_mm": 0.1, "scattering": [
             {"coefficient_per_mm": 0.9, "phase": {"kind": "henyey_greenstein", "g": 0.75}}]}},

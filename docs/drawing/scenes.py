@@ -47,9 +47,7 @@ def far_field(**more: Any) -> dict[str, Any]:
     return {"kind": "far_field", "axis": [0, 0, 1], **more}
 
 
-def trace(
-    folder: Path, name: str, bodies: dict[str, dict[str, Any]], *, rays: int, **sections: Any
-) -> Rays:
+def trace(folder: Path, name: str, bodies: dict[str, dict[str, Any]], *, rays: int, **sections: Any) -> Rays:
     """Write a scene, trace it, and return its rays.
 
     Parameters

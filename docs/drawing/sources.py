@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import raymaps
-from docs.drawing.look import COLOURS, size
+from docs.drawing.look import COLOURS, mark, size
 from docs.drawing.scenes import Rays, far_field, sheet, trace
 from raymaps.results.beam import plane_profile
 
@@ -75,16 +75,12 @@ def draw_sources(folder: Path) -> Figure:
         edges = np.linspace(0, 4, 21)
         counts = np.histogram(radius, edges)[0]
         area = math.pi * np.diff(edges**2) * len(radius)
-        _mark(right, (edges[1:] + edges[:-1]) / 2, counts / area, np.sqrt(counts) / area, colour)
+        mark(right, (edges[1:] + edges[:-1]) / 2, counts / area, np.sqrt(counts) / area, colour)
         r = np.linspace(0, 4, 401)
         right.plot(r, irradiance(r), color=colour, label=words)
     right.set(title="Where beams start", xlabel="radius in mm", ylabel="per mm²", xlim=(0, 4), ylim=(0, 0.235))
     right.legend(loc="upper right")
     return figure
-
-
-def _mark(axes: Axes, x: Float, y: Float, error: Float, colour: str) -> None:
-    axes.errorbar(x, y, error, fmt="o", ms=4, mfc="white", mew=1.3, color=colour)
 
 
 def _draw_intensity(
@@ -97,7 +93,7 @@ def _draw_intensity(
     edges = np.radians(np.linspace(0, most_deg, n + 1))
     counts = np.histogram(angle, edges)[0]
     measure = 4 * math.pi * np.sin((edges[1:] + edges[:-1]) / 2) * np.sin(np.diff(edges) / 2) * len(angle) / scale
-    _mark(axes, np.degrees((edges[1:] + edges[:-1]) / 2), counts / measure, np.sqrt(counts) / measure, colour)
+    mark(axes, np.degrees((edges[1:] + edges[:-1]) / 2), counts / measure, np.sqrt(counts) / measure, colour)
     t = np.radians(np.linspace(0, most_deg, 6001))
     step = t[1]
     whole = 2 * math.pi * (intensity(t) * np.sin(t)).sum() * step
@@ -118,7 +114,8 @@ def _ies() -> tuple[str, Float, Float, Float]:
     rows = "\n".join(" ".join(f"{x:g}" for x in row) for row in candela)
     angles = "\n".join(" ".join(f"{x:g}" for x in row) for row in (gamma, c))
     return (
-        f"IESNA:LM-63-2002\n[LUMINAIRE] wings\nTILT=NONE\n1 -1 1 {len(gamma)} {len(c)} 1 2 0 0 0\n1 1 0\n{angles}\n{rows}\n",
+        "IESNA:LM-63-2002\n[LUMINAIRE] wings\nTILT=NONE\n"
+        f"1 -1 1 {len(gamma)} {len(c)} 1 2 0 0 0\n1 1 0\n{angles}\n{rows}\n",
         gamma, c, candela,
     )  # fmt: skip
 
@@ -160,8 +157,15 @@ def draw_luminaire(folder: Path) -> Figure:
     g_edges = np.concatenate([[0], (np.arange(1, n_gamma) - 0.5) * 180 / (n_gamma - 1)])
     keep = g_edges <= 92.6
     right.grid(False)
-    image = right.pcolormesh(c_edges, g_edges[keep], found.intensity_cd.T[: keep.sum() - 1], cmap="inferno", vmin=0, rasterized=True)
-    right.set(title="All directions: gamma outwards,\nC around", ylim=(0, 92.5), yticks=[30, 60, 90], yticklabels=["30°", "60°", ""])
+    image = right.pcolormesh(
+        c_edges, g_edges[keep], found.intensity_cd.T[: keep.sum() - 1], cmap="inferno", vmin=0, rasterized=True
+    )
+    right.set(
+        title="All directions: gamma outwards,\nC around",
+        ylim=(0, 92.5),
+        yticks=[30, 60, 90],
+        yticklabels=["30°", "60°", ""],
+    )
     right.tick_params(axis="y", labelcolor="white")
     figure.colorbar(image, ax=right, label="cd", shrink=0.75, pad=0.1)
     left.set_theta_zero_location("S")

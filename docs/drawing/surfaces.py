@@ -13,18 +13,15 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import raymaps
-from docs.drawing.look import COLOURS, size
+from docs.drawing.look import COLOURS, mark, size
+from docs.drawing.scatter import glossy_table
 from docs.drawing.scenes import Rays, beam, block, far_field, sheet, trace
-from raymaps.effects.abg import abg_bsdf
-from raymaps.effects.bsdf import bsdf_per_sr
 from raymaps.effects.conductor import metal_reflectance
 from raymaps.effects.fresnel import fresnel_reflectance
-from raymaps.effects.gaussian import lobe_density
 from raymaps.effects.thin_film import stack_shares
 from raymaps.kinds import EventKind
-from raymaps.materials import BsdfTable
 
-__all__ = ["draw_bsdf", "draw_interfaces", "draw_lobes", "draw_rough", "draw_surfaces", "draw_thin_film"]
+__all__ = ["draw_interfaces", "draw_rough", "draw_surfaces", "draw_thin_film"]
 
 GLASS = {"glass": {"refractive_index": 1.5}}
 DOWN, UP = (-40.0, -40.0, -40.0), (40.0, 40.0, 0.0)
@@ -58,7 +55,7 @@ def draw_surfaces(folder: Path) -> Figure:
         zip(figure.subplots(3, 4).flat, _KINDS, strict=True)
     ):
         if kind == "bsdf":
-            fields = {"data": _glossy_table().model_dump(mode="json")}
+            fields = {"data": glossy_table().model_dump(mode="json")}
         body = {"shape": block(DOWN, UP) if medium else sheet(40), "medium": medium, "surface": "tested"}
         rays = trace(
             folder, f"{number}", {"Plate": body}, rays=140,
@@ -121,7 +118,7 @@ def draw_interfaces(folder: Path) -> Figure:
             sources={f"{a:g}": beam(a, distance_mm=10, radius_mm=1e-4) for a in angles}, settings={"max_events": 3},
         )  # fmt: skip
         reflected = rays.kind[rays.first[:-1] + 1] == EventKind.FRESNEL_REFLECTION
-        _mark(left, angles, *_shares(reflected, rays.source, len(angles)), colour)
+        mark(left, angles, *_shares(reflected, rays.source, len(angles)), colour)
         n_i, n_t = (1.5, 1.0) if inside else (1.0, 1.5)
         cosine = np.cos(np.radians(smooth))
         left.plot(smooth, fresnel_reflectance(cosine, np.float64(n_i), np.float64(n_t)), color=colour, label=words)
@@ -135,7 +132,7 @@ def draw_interfaces(folder: Path) -> Figure:
         medium = known.media[metal]
         formula = metal_reflectance(1.0, 1.0, medium.index_at(nm), medium.extinction.at(nm))
         right.plot(nm, formula, color=colour, label=metal)
-        _mark(right, (low + high) / 2, reflectance, error, colour)
+        mark(right, (low + high) / 2, reflectance, error, colour)
     right.set(title="Polished metals, light at 0°", xlabel="wavelength in nm", ylim=(0, 1.02), xlim=(395, 785))
     right.legend(loc="lower right")
     return figure
@@ -146,10 +143,6 @@ def _shares(chosen: NDArray[np.bool_], group: NDArray[np.integer], n: int) -> tu
     counts = np.bincount(group, minlength=n)
     share = np.bincount(group, chosen, n) / counts
     return share, np.sqrt(share * (1 - share) / counts)
-
-
-def _mark(axes: Axes, x: Any, y: Any, error: Any, colour: str, label: str | None = None) -> None:
-    axes.errorbar(x, y, error, fmt="o", ms=4.5, color=colour, mfc="white", mew=1.4, elinewidth=1.2, label=label)
 
 
 def _over_wavelength(
@@ -163,7 +156,9 @@ def _over_wavelength(
         sources={"Beam": beam(angle_deg, spectrum={"kind": "table", "wavelength_nm": [380, 780], "value": [1, 1]})},
         settings={"store": "spectral", "spectrum": {"from_nm": 400, "to_nm": 780, "bands": bands}, "max_events": 4},
     )  # fmt: skip
-    found = raymaps.evaluate_detector(traced.raymap, "All", where="event(fresnel_reflection) & ~event(fresnel_refraction)")
+    found = raymaps.evaluate_detector(
+        traced.raymap, "All", where="event(fresnel_reflection) & ~event(fresnel_refraction)"
+    )
     spectrum = found.spectrum
     share = traced.raymap.bands.light_of(traced.raymap.scene.sources["Beam"])
     return spectrum.low_nm, spectrum.high_nm, spectrum.flux_w / share, spectrum.stderr_w / share, traced.raymap.scene
@@ -190,7 +185,14 @@ def draw_thin_film(folder: Path) -> Figure:
         film = [{"medium": medium, "thickness_nm": nm} for medium, nm in layers]
         surface = {"kind": "thin_film", "layers": film} if film else {"kind": "fresnel"}
         low, high, share, error, scene = _over_wavelength(
-            folder, f"film{number}", "N-BK7", surface, media, bands=38, angle_deg=angle_deg, rays=600_000 if axes is left else 100_000
+            folder,
+            f"film{number}",
+            "N-BK7",
+            surface,
+            media,
+            bands=38,
+            angle_deg=angle_deg,
+            rays=600_000 if axes is left else 100_000,
         )
         nm = np.linspace(400, 780, 400)
         indices = np.array([scene.media[m].index_at(nm) for m, _ in layers], complex).reshape(len(layers), 400)
@@ -198,7 +200,7 @@ def draw_thin_film(folder: Path) -> Figure:
         sine = np.full(400, math.sin(math.radians(angle_deg)))
         formula, _ = stack_shares(sine, np.ones(400), indices, thickness, scene.media["N-BK7"].index_at(nm), nm)
         axes.plot(nm, 100 * formula, color=colour, label=words)
-        _mark(axes, (low + high) / 2, 100 * share, 100 * error, colour)
+        mark(axes, (low + high) / 2, 100 * share, 100 * error, colour)
     left.set(title="Against reflections, light at 0°", ylabel="reflectance in %", ylim=(0, 8.2))
     right.set(title="Mirror of 13 quarter-wave layers", ylim=(0, 122), yticks=range(0, 101, 20))
     for axes in (left, right):
@@ -221,7 +223,9 @@ def draw_rough(folder: Path) -> Figure:
                 folder, f"{medium}{alpha}", {"Plate": {"shape": block(DOWN, UP), "medium": medium, "surface": "rough"}},
                 rays=800_000, media={**GLASS, "gold": {"catalogue": "gold"}},
                 surfaces={"rough": {"kind": "rough", "roughness": alpha}}, sources={"Beam": beam(50)},
-                settings={"max_events": 3, "roulette_threshold": 1, "spectrum": {"from_nm": 545, "to_nm": 555, "bands": 1}},
+                settings={
+                    "max_events": 3, "roulette_threshold": 1, "spectrum": {"from_nm": 545, "to_nm": 555, "bands": 1}
+                },
             )  # fmt: skip
             rows = rays.first[:-1] + 1
             rows = rows[rays.kind[rows] != EventKind.ABSORPTION]
@@ -247,116 +251,3 @@ def _in_plane(direction: NDArray, half_width: float = 0.1) -> tuple[NDArray, NDA
     edges = np.radians(np.linspace(-180, 180, 91))
     counts = np.histogram(angle, edges)[0].astype(float)
     return (edges[1:] + edges[:-1]) / 2 % (2 * math.pi), counts
-
-
-# ---------------------------------------------------------------------------------------------------------------- lobes
-
-
-def draw_lobes(folder: Path) -> Figure:
-    """Gaussian and ABg: BSDF over the distance from the specular direction."""
-    figure = size(9.6, 4.3)
-    left, right = figure.subplots(1, 2, sharey=False)
-    for sigma, colour in zip((0.02, 0.05, 0.15), COLOURS, strict=False):
-        rays = _scattered(folder, f"g{sigma}", {"kind": "gaussian", "reflectance": 1.0, "sigma": sigma})
-        _draw_lobe(left, rays, 5 * sigma, 24, colour)
-        distance = np.linspace(0, min(5 * sigma, 0.49), 200)
-        sine = math.sin(math.radians(30))
-        density = lobe_density(sine + distance, np.zeros(200), sine, sigma)
-        left.plot(distance, density, color=colour, label=f"sigma {sigma:g}")
-    left.set(title='"gaussian"', yscale="log", xlim=(0, 0.5), ylim=(1e-2, 1e3), ylabel="BRDF in 1/sr")
-    for (a, b, g), colour in zip(((2e-3, 1e-4, 2.0), (1e-2, 1e-3, 1.5), (1e-2, 1e-2, 3.0)), COLOURS, strict=False):
-        rays = _scattered(folder, f"a{b}", {"kind": "abg", "reflectance": 1.0, "a": a, "b": b, "g": g})
-        _draw_lobe(right, rays, 0.5, 24, colour, logarithmic=True)
-        distance = np.geomspace(1e-3, 0.5, 200)
-        right.plot(distance, abg_bsdf(distance, a, b, g), color=colour, label=f"A {a:.2g}, B {b:g}, g {g:g}")
-    right.set(title='"abg"', xscale="log", yscale="log", xlim=(1e-3, 0.6), ylabel="BRDF in 1/sr")
-    for axes in (left, right):
-        axes.set_xlabel("distance |b − b₀| of direction cosines")
-        axes.legend(loc="upper right" if axes is left else "lower left")
-    return figure
-
-
-def _scattered(folder: Path, name: str, surface: dict[str, Any]) -> Rays:
-    return trace(
-        folder, name, {"Plate": {"shape": sheet(40), "surface": "tested"}}, rays=400_000,
-        surfaces={"tested": surface}, sources={"Beam": beam(30, radius_mm=1e-4)}, settings={"max_events": 3},
-    )  # fmt: skip
-
-
-def _draw_lobe(axes: Axes, rays: Rays, reach: float, n: int, colour: str, *, logarithmic: bool = False) -> None:
-    """Share of all light in rings about the specular direction, over their area in direction cosines."""
-    rows = rays.first[:-1] + 1
-    scattered = rows[rays.kind[rows] == EventKind.BSDF_DIFFUSE_REFLECTION]
-    direction = rays.direction_after(scattered)
-    distance = np.hypot(direction[:, 0] - math.sin(math.radians(30)), direction[:, 1])
-    edges = np.geomspace(1e-3, reach, n + 1) if logarithmic else np.linspace(0, reach, n + 1)
-    counts = np.histogram(distance, edges)[0]
-    area = math.pi * np.diff(edges**2) * len(rows)
-    enough = counts > 5
-    middle = np.sqrt(edges[1:] * edges[:-1]) if logarithmic else np.sqrt((edges[1:] ** 2 + edges[:-1] ** 2) / 2)
-    _mark(axes, middle[enough], (counts / area)[enough], (np.sqrt(counts) / area)[enough], colour)
-
-
-# ------------------------------------------------------------------------------------------------------------- tables
-
-
-def _glossy_table() -> BsdfTable:
-    """A painted surface: dull, with a lobe of gloss that grows towards grazing."""
-    rings = (0, 5, *range(10, 91, 10))
-    middle = [(low + high) / 2 for low, high in zip(rings, rings[1:], strict=False)]
-    azimuths = tuple((0.0, 360.0) if ring == 0 else tuple(float(a) for a in range(-5, 360, 10)) for ring in rings[:-1])
-    incoming = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0)
-    value = []
-    for angle in incoming:
-        row = []
-        for polar, borders in zip(middle, azimuths, strict=True):
-            for start, end in zip(borders, borders[1:], strict=False):
-                azimuth, s, i = math.radians((start + end) / 2), math.radians(polar), math.radians(angle)
-                b2 = (math.sin(s) * math.cos(azimuth) - math.sin(i)) ** 2 + (math.sin(s) * math.sin(azimuth)) ** 2
-                row.append(0.08 + 0.35 * (1 + angle / 45) * math.exp(-b2 / (2 * 0.14**2)))
-        value.append(tuple(row))
-    return BsdfTable.model_validate(
-        {
-            "lobes": [
-                {
-                    "comes_from": "front", "goes_to": "reflection", "incoming": {"polar_deg": incoming},
-                    "outgoing": [{"ring_deg": rings, "azimuth_deg": azimuths}], "value": [value],
-                }
-            ]
-        }
-    )  # fmt: skip
-
-
-def draw_bsdf(folder: Path) -> Figure:
-    """A table of a BRDF, and what was simulated with it."""
-    figure = size(9.6, 4.4)
-    panels = figure.subplots(1, 2, subplot_kw={"projection": "polar"})
-    table = _glossy_table()
-    rays = trace(
-        folder, "table", {"Plate": {"shape": sheet(40), "surface": "tested"}}, rays=1_000_000,
-        surfaces={"tested": {"kind": "bsdf", "data": table.model_dump(mode="json")}},
-        sources={"Beam": beam(45, radius_mm=1e-4)}, settings={"max_events": 3, "roulette_threshold": 1},
-    )  # fmt: skip
-    rows = rays.first[:-1] + 1
-    direction = rays.direction_after(rows[rays.kind[rows] == EventKind.BSDF_DIFFUSE_REFLECTION])
-    polar, azimuth = np.array([0, 5, *range(10, 91, 10)]), np.linspace(-185, 175, 37)  # the table's own cells
-    sine, turn = np.sin(np.radians(polar)), np.radians(azimuth)
-    counts = np.histogram2d(
-        np.hypot(direction[:, 0], direction[:, 1]),
-        (np.arctan2(direction[:, 1], direction[:, 0]) - turn[0]) % (2 * math.pi) + turn[0], (sine, turn),
-    )[0]  # fmt: skip
-    simulated = counts / len(rows) / (np.diff(sine**2)[:, None] / 2 * np.diff(turn))
-    given = np.array(
-        [
-            [bsdf_per_sr(table, "front", "reflection", (45, 0), (p, a)) for a in (azimuth[1:] + azimuth[:-1]) / 2]
-            for p in (polar[1:] + polar[:-1]) / 2
-        ]
-    )
-    for axes, values, words in zip(panels, (given, simulated), ("Table", "Simulated, a million rays"), strict=True):
-        axes.grid(False)
-        image = axes.pcolormesh(turn, polar, values, cmap="viridis", vmin=0, vmax=given.max(), rasterized=True)
-        axes.set(title=words, yticks=[30, 60, 90], yticklabels=["30°", "60°", ""], ylim=(0, 90))
-        axes.tick_params(axis="y", labelcolor="white", labelsize=11)
-        axes.set_rlabel_position(135)
-    figure.colorbar(image, ax=list(panels), label="BRDF in 1/sr", shrink=0.85, pad=0.06)
-    return figure

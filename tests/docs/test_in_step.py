@@ -8,21 +8,30 @@ import json
 import re
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from pydantic import BaseModel
+from pydantic import BaseModel, TypeAdapter
 from typer.main import get_command
 
 from raymaps import materials, scene
 from raymaps.criterion import ELEMENTARY_EVENTS
 from raymaps.criterion import text as criterion_text
+from raymaps.effects import EFFECTS
 from raymaps.kinds import CRITERION_KINDS, ENDINGS, KILL_REASONS, EventKind
-from raymaps.store.columns import COLUMNS
+from raymaps.materials.dispersion import FORMULAS
+from raymaps.materials.medium import PhaseFunction
+from raymaps.scene.emission import EmissionSpectrum, FaceEmission
+from raymaps.store.columns import COLUMNS, MOST_BANDS
 from tests.docs.blocks import find_blocks
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 PAGES = [REPOSITORY / "README.md", *sorted((REPOSITORY / "docs").glob("*.md"))]
+
+
+#: Columns that pages tell of by "...".
+MORE_BANDS = {f"band_{band}" for band in range(2, MOST_BANDS)}
 
 
 def page(name: str) -> str:
@@ -49,6 +58,18 @@ def rows(text: str) -> list[list[str]]:
     return table
 
 
+def all_rows(text: str) -> list[list[str]]:
+    """Cells of all tables of a text."""
+    lines = [line for line in text.splitlines() if line.startswith("| ")]
+    return [[cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]] for line in lines]
+
+
+def kinds_of(union: Any) -> set[str]:
+    """What ``kind`` may be in a union of models."""
+    defs = TypeAdapter(union).json_schema()
+    return set(defs["discriminator"]["mapping"])
+
+
 def quoted(cell: str) -> list[str]:
     return re.findall(r"`([^`]+)`", cell)
 
@@ -61,11 +82,11 @@ def test_columns_are_those_of_the_store(table: str) -> None:
     text = section(page("file-format.md"), "## The columns")
     told = rows(text.partition(f"`{table}.parquet`, a row")[2])
     listed = [(name, cells[1], cells[2]) for cells in told for name in quoted(cells[0])]
-    assert [name for name, _, _ in listed] == list(COLUMNS[table])
+    assert [name for name, _, _ in listed] == [name for name in COLUMNS[table] if name not in MORE_BANDS]
     for name, dtype, unit in listed:
         column = COLUMNS[table][name]
         assert dtype == ("float32 or float64" if column.dtype is None else np.dtype(column.dtype).name), name
-        assert unit == next((u for u in ("mm", "rad") if name.endswith(f"_{u}")), ""), name
+        assert unit == next((u for u in ("mm", "nm", "rad") if name.endswith(f"_{u}")), ""), name
 
 
 def test_kinds_are_those_of_the_program() -> None:
@@ -133,9 +154,15 @@ def test_every_field_of_a_scene_is_told() -> None:
 
 
 def test_settings_have_the_defaults_that_are_told() -> None:
-    told = rows(section(page("scene-format.md"), "### Settings"))
-    defaults = {quoted(cells[0])[0]: float(cells[1]) for cells in told}
-    assert defaults == {name: float(field.default) for name, field in scene.Settings.model_fields.items()}
+    told = section(page("scene-format.md"), "### Settings")
+    settings = {quoted(cells[0])[0]: cells[1] for cells in rows(told)}
+    assert settings.pop("spectrum") == ""  # in a table of its own
+    bands = {quoted(cells[0])[0]: cells[1] for cells in rows(told.partition("**`spectrum`**")[2])}
+    for defaults, model in ((settings, scene.Settings), (bands, scene.SpectralBands)):
+        fields = {name: field.default for name, field in model.model_fields.items() if name != "spectrum"}
+        assert {name: json.loads(text.strip("`")) for name, text in defaults.items()} == {
+            name: list(value) if isinstance(value, tuple) else value for name, value in fields.items()
+        }
 
 
 def test_the_published_schema_is_that_of_the_program() -> None:
@@ -165,6 +192,40 @@ def test_the_grammar_is_that_of_the_parser() -> None:
     grammar = re.search(r"^    criterion   = .*?\n\n", criterion_text.__doc__ or "", re.M | re.S)
     assert grammar is not None
     assert words(grammar[0]) in words(section(page("criterion.md"), "## Grammar and limits"))
+
+
+# ---------------------------------------------------------------------------------------------------- optics
+
+
+def test_every_effect_and_what_takes_its_place_is_told() -> None:
+    told = {quoted(cells[0])[0]: cells[1:] for cells in rows(section(page("optics.md"), "## Effects at a glance"))}
+    assert list(told) == [effect.name for effect in EFFECTS]
+    for effect in EFFECTS:
+        plain = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", told[effect.name][0])
+        assert plain.startswith(effect.summary.partition(",")[0]) or effect.name in ("fresnel", "abg", "gaussian"), (
+            plain
+        )
+        assert told[effect.name][1] == effect.if_off
+
+
+def test_every_kind_of_source_spectrum_phase_and_surface_has_its_formula() -> None:
+    text = page("optics.md")
+    listed = {name for cells in all_rows(text) for name in quoted(cells[0])}
+    for union in (scene.Source, EmissionSpectrum, FaceEmission, PhaseFunction):
+        assert kinds_of(union) - listed <= {"luminaire", "rays", "crossings"}, union
+    headings = {anchor for line in text.splitlines() if line.startswith("#") for anchor in anchors(line)}
+    assert {"luminaires", "rays-of-files-and-of-other-maps", "rectangle", "faces", "far-field"} <= headings
+    surfaces = {"fresnel": "fresnel-interface", "thin_film": "thin-film"}
+    assert {surfaces.get(kind, kind) for kind in kinds_of(materials.SurfaceProperty)} <= headings
+
+
+def test_every_formula_of_an_index_is_told_with_its_equation() -> None:
+    told = {
+        quoted(cells[0])[0]: cells[1]
+        for cells in all_rows(page("scene-format.md"))
+        if len(cells) == 2 and quoted(cells[0])
+    }
+    assert {name: told.get(name) for name in FORMULAS} == {name: each.equation for name, each in FORMULAS.items()}
 
 
 def test_reasons_of_killed_rays_are_told() -> None:
@@ -252,7 +313,8 @@ def test_no_addresses_of_registries_nor_of_somebodys_machine(path: Path) -> None
 def test_pictures_are_small_and_shown() -> None:
     shown = {link for path in PAGES for link in _LINK.findall(path.read_text(encoding="utf-8"))}
     for picture in (REPOSITORY / "docs" / "pictures").iterdir():
-        assert picture.stat().st_size < 300_000, f"{picture.name} is too large for a clone"
+        largest = 150_000 if picture.name.startswith("optics_") else 300_000
+        assert picture.stat().st_size < largest, f"{picture.name} is too large for a clone"
         assert any(link.endswith(picture.name) for link in shown), f"{picture.name} is in no page"
 
 
