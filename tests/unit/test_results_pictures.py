@@ -86,14 +86,68 @@ def test_every_kind_of_source_can_be_seen(scene_path):
         "C": {"kind": "cone", "direction": [0, 0, -1], "half_angle_deg": 170, **common},
         "D": {"kind": "disc", "direction": [0, 1, 0], "radius_mm": 3, **common},
         "F": {"kind": "faces", "flux_w": 1.0, "body": "ChipRed"},
-    }
+        "G": {"kind": "gaussian_beam", "direction": [1, 0, 0], "waist_radius_mm": 0.01, **common},
+        "S": {"kind": "sun", "direction": [0, 0, -2], "radius_mm": 4, **common},
+        "L": {"kind": "luminaire", "direction": [0, 3, 0], **common,
+              "intensity": {"c_deg": [0, 360], "gamma_deg": [0, 90], "candela": [[1, 1], [1, 1]]}},
+        "R": {"kind": "rays", "file": "none.dat", "z_axis": [0, 1, 1], **common},
+        "X": {"kind": "crossings", "map": "none.raymap", "detector": "D", **common},
+        "Laser": {"kind": "point", "spectrum": {"kind": "lines", "wavelength_nm": [632.8]}, **common},
+        "Infrared": {"kind": "point", "spectrum": {"kind": "lines", "wavelength_nm": [1550]}, **common},
+    }  # fmt: skip
     scene = type(load_scene(scene_path)).model_validate(base).with_folder(scene_path.parent)
     shapes = {shape.name: shape for shape in build_view(scene).shapes if shape.kind == "source"}
     assert all(len(shape.triangles_mm) for shape in shapes.values())
-    for name, middle in (("P", 50), ("D", 50)):
+    assert list(shapes) == list(base["sources"])
+    for name, middle in (("P", 50), ("D", 50), ("L", 50), ("R", 50), ("X", 50)):
         assert shapes[name].triangles_mm[..., 2].mean() == pytest.approx(middle, abs=1e-9)
     disc = np.linalg.norm(shapes["D"].triangles_mm[:, 1:] - [0, 0, 50], axis=-1)
     assert disc == pytest.approx(np.full(disc.shape, 3.0), rel=1e-12)
+    # an arrow shows where a source is aimed
+    for name, way in (("G", (1, 0, 0)), ("S", (0, 0, -1)), ("L", (0, 1, 0)), ("R", (0, 0.5**0.5, 0.5**0.5))):
+        arrow = shapes[name].lines_mm[0, 3:] - shapes[name].lines_mm[0, :3]
+        assert arrow / np.linalg.norm(arrow) == pytest.approx(way, abs=1e-12)
+    red, green, blue = shapes["Laser"].rgb
+    assert red > 2 * max(green, blue)
+    assert len(set(shapes["Infrared"].rgb)) == 1  # no eye sees it: white
+
+
+@pytest.fixture(scope="module")
+def with_all_detectors(scene_path, tmp_path_factory):
+    """A map of the example with detectors on faces and of the far field, without absorption in plastic."""
+    data = load_scene(scene_path).model_dump(mode="json", exclude_none=True)
+    data["detectors"] |= {
+        "Skin": {"kind": "face", "body": "Diffuser"},
+        "Floor": {"kind": "face", "body": "WorkPlane", "measure": "absorbed"},
+        "Sky": {"kind": "far_field"},
+    }
+    data["settings"] |= {"without": ["medium_absorption"]}
+    scene = type(load_scene(scene_path)).model_validate(data).with_folder(scene_path.parent)
+    return simulate(scene, tmp_path_factory.mktemp("kinds") / "led.raymap", rays=3000, seed=2, threads=1)
+
+
+def test_every_kind_of_detector_can_be_seen_and_painted(with_all_detectors):
+    content = build_view(with_all_detectors, paint=["Skin", "Sky", "Target"])
+    shapes = {shape.name: shape for shape in content.shapes if shape.kind == "detector"}
+    assert list(shapes) == ["Beam", "Target", "Skin", "Floor"]  # the far field is nowhere
+    assert len(shapes["Floor"].triangles_mm) > 0
+    assert len(shapes["Skin"].triangles_mm) == 0  # painted
+    assert len(shapes["Floor"].lines_mm) > 0
+    assert [painting.detector for painting in content.paintings] == ["Skin", "Target"]
+    lit = evaluate_detector(with_all_detectors, "Skin")
+    assert np.array_equal(content.paintings[0].triangles_mm, lit.cells.corners_mm)
+    assert "without medium_absorption" in content.subtitle
+    assert "without medium_absorption" in build_view(with_all_detectors.scene).subtitle
+
+
+@pytest.mark.parametrize("name", ["Skin", "Floor"])
+def test_faces_are_a_picture(with_all_detectors, tmp_path, name):
+    pytest.importorskip("pyvista")
+    imread = pytest.importorskip("matplotlib.image").imread
+    lit = evaluate_detector(with_all_detectors, name)
+    picture = imread(lit.write(tmp_path / "faces.png"))
+    assert min(picture.shape[:2]) > 500
+    assert len(np.unique(picture.reshape(-1, picture.shape[2]), axis=0)) > 200
 
 
 def shapes_of(points):

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from raymaps.bands import RGB_BANDS
 from raymaps.criterion import Criterion, format_criterion
 from raymaps.errors import SceneError
 from raymaps.geometry import BodyMesh, load_bodies
@@ -203,7 +204,9 @@ def _detector_shape(name: str, detector: Detector, tinted: bool, meshes: tuple[B
         mesh = next(mesh for mesh in meshes if mesh.name == detector.body)
         chosen = np.isin(mesh.triangle_face, mesh.face_indices(detector.faces, f"Detector '{name}'"))
         triangles = mesh.corners_mm[chosen] if tinted else np.zeros((0, 3, 3))
-        return Shape(name, "detector", _DETECTOR_COLOUR, 0.16, triangles, _outline_mm(mesh.triangles[chosen], mesh))
+        outline = _outline_mm(mesh.triangles[chosen], mesh)
+        lines = outline if len(outline) else feature_edges_mm(mesh)  # faces that close up have no border
+        return Shape(name, "detector", _DETECTOR_COLOUR, 0.16, triangles, lines)
     return _rectangle_shape(name, detector, tinted)
 
 
@@ -255,8 +258,7 @@ def face_painting(lit: FaceMap, brightest: float | None = None) -> Painting:
 
 def _source_shape(name: str, source: Source, meshes: tuple[BodyMesh, ...], size_mm: float) -> Shape:
     """A source as faces that shine, a disc with an arrow, a cone, or a small ball, with an arrow if it is aimed."""
-    light = np.array(source.rgb) / sum(source.rgb)
-    red, green, blue = (int(band) for band in light_colours(light[None])[0])
+    red, green, blue = (int(band) for band in light_colours(_light_of(source)[None])[0])
     if isinstance(source, FacesSource):
         mesh = next(mesh for mesh in meshes if mesh.name == source.body)
         chosen = np.isin(mesh.triangle_face, mesh.face_indices(source.faces, f"Source '{name}'"))
@@ -274,6 +276,14 @@ def _source_shape(name: str, source: Source, meshes: tuple[BodyMesh, ...], size_
     rim = _ring_mm(centre, way, _radius_mm(source, 0.012 * size_mm))
     triangles = np.stack([np.tile(centre, (_RING, 1)), rim[:, :3], rim[:, 3:]], axis=1)
     return Shape(name, "source", (red, green, blue), 1.0, triangles, np.vstack([lines, rim]))
+
+
+def _light_of(source: Source) -> Float:
+    """Red, green and blue of a source, (3,), adding up to 1; white if its spectrum can't be told."""
+    try:
+        return RGB_BANDS.light_of(source)
+    except SceneError:
+        return np.full(3, 1 / 3)
 
 
 def _way_of(source: Source) -> Float | None:
