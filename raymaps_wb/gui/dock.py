@@ -41,7 +41,7 @@ class RayMapsDock(QtWidgets.QDockWidget):
         super().__init__(translate("Ray Maps"), parent)
         self.setObjectName(NAME)
         self.sessions, self._session, self.report_page, self._said = {}, None, "", ""
-        self._known_effects, self._detectors_of, self._asked = [], "", "true"
+        self._known_effects, self._detectors_of, self._asked = [], "", ""
         body = QtWidgets.QWidget()
         layout = QtWidgets.QVBoxLayout(body)
         layout.setContentsMargins(8, 6, 8, 6)
@@ -254,6 +254,8 @@ class RayMapsDock(QtWidgets.QDockWidget):
         self._say("")
         self.warning.setText("")
         self._show_effects([])
+        self._asked = ""
+        self.detectors.offer([])
         self._clear_answers()
 
     def _clear_answers(self):
@@ -374,14 +376,15 @@ class RayMapsDock(QtWidgets.QDockWidget):
             return
         self.detectors.clear(translate("<i>asking ...</i>"))
         try:
-            self._session.measure(name, self._asked)
+            self._session.measure(name, self._asked or self.criterion.currentText())
         except WorkbenchError as error:
             self.detectors.clear(str(error))
 
     def _save_detector(self, path):
         if self._session is not None:
             said = f"{self.detectors.name()} is written to {path}"
-            self._session.save_detector(self.detectors.name(), self._asked, path, lambda _: self._say(said))
+            asked = self._asked or self.criterion.currentText()
+            self._session.save_detector(self.detectors.name(), asked, path, lambda _: self._say(said))
 
     def _tab_shown(self):
         """Ask for what a tab shows once it is looked at."""
@@ -392,10 +395,11 @@ class RayMapsDock(QtWidgets.QDockWidget):
             if self.tabs.currentWidget() is self.effects:
                 if not self._known_effects or not session.is_running():
                     session.explain_map()
-            elif self.tabs.currentIndex() == DETECTORS and self._detectors_of != session.shown_map:
-                session.info(self._offer_detectors)
             elif self.tabs.currentIndex() == DETECTORS:
-                self.measure()
+                if self._detectors_of != session.shown_map or not self.detectors.name():
+                    session.info(self._offer_detectors)
+                else:
+                    self.measure()
         except WorkbenchError as error:
             self.detectors.clear(str(error))
 

@@ -14,10 +14,12 @@ from raymaps_wb.gui.detector_view import html
 from raymaps_wb.gui.dock import DETECTORS
 from raymaps_wb.gui.effects_view import lines, sentence
 from raymaps_wb.objects.detector import make_detector
+from raymaps_wb.objects.files import kept_path
 from raymaps_wb.objects.medium import CATALOGUE, make_medium, set_scatterers
 from raymaps_wb.objects.references import set_references
+from raymaps_wb.objects.result import map_folder, result_of
 from raymaps_wb.objects.source import make_source
-from raymaps_wb.objects.study import members
+from raymaps_wb.objects.study import members, studies
 from raymaps_wb.objects.surface_property import make_surface_property
 from raymaps_wb.tracer.explain import Effect
 
@@ -93,6 +95,39 @@ class ResultsTest(WindowTest):
         self.assertTrue(wait_until(lambda: os.path.isfile(path), 30), self.panel.detectors.text.text())
         with open(path, encoding="latin-1") as file:
             self.assertIn("TILT", file.read())
+
+    def test_detectors_and_effects_of_a_document_that_was_opened_again(self):
+        study = self.lit_study()
+        self.document.saveAs(os.path.join(self.folder, "lit.FCStd"))
+        self.run_to_the_end(study)
+        self.panel.tabs.setCurrentIndex(0)
+        study = studies(self.reopened(self.document))[0]
+        self.panel.show_study(study)
+        self.assertEqual(self.panel.effects_line.text(), "")
+        self.panel.tabs.setCurrentIndex(DETECTORS)
+        self.assertTrue(wait_until(lambda: "W/mm²" in self.panel.detectors.text.text(), 60))
+        self.panel.tabs.setCurrentWidget(self.panel.effects)
+        self.assertTrue(wait_until(lambda: "Simulates" in self.panel.effects_line.text(), 60))
+        # Another document's study knows nothing of them.
+        self.open_example("singlet_barrel")
+        self.assertEqual((self.panel.detectors.names.count(), self.panel.effects_line.text()), (0, ""))
+
+    def test_light_of_a_map_shines_again(self):
+        study = self.lit_study()
+        self.document.saveAs(os.path.join(self.folder, "lit.FCStd"))
+        self.run_to_the_end(study)
+        first = map_folder(result_of(study))
+        for source in members(study, "RayMaps::Source"):
+            study.removeObject(source)
+        again = make_source(self.document, study, "again", "Crossings")
+        again.MapFolder, again.MapDetector = kept_path(self.document, first), "Detector"
+        self.assertEqual(again.MapFolder, "lit.raymaps/Study-001.raymap")
+        study.Rays = 1000
+        self.document.recompute()
+        self.run_to_the_end(study)
+        self.assertNotEqual(map_folder(result_of(study)), first)
+        answer, _ = self.ask("hit(Plate)", 100)
+        self.assertEqual(answer["rays"], 1000)  # what crossed the detector downwards meets the plate below it
 
     def test_a_study_with_much_in_it_runs(self):
         """Spectral light through a coated and a rough body, a turbid one, and a metal; each source of its own kind."""
