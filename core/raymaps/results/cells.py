@@ -120,8 +120,8 @@ def sum_samples(raymap: RayMap, samples_of: Callable[[Portion], Samples | None],
         n_rays += add_rays(samples.ray, samples.light, samples.less, measured, source, rays, rounded)
         if spectrum is not None:
             values = samples.lights.values
-            room = np.zeros(raymap.bands.n)
-            add_spectra(samples.ray, samples.light, samples.less, values, source, spectrum, rounded_bands, room)
+            of_ray = np.zeros(raymap.bands.n)
+            add_spectra(samples.ray, samples.light, samples.less, values, source, spectrum, rounded_bands, of_ray)
     return Sums(rays, divisions, spectrum, n_rays, n_samples)
 
 

@@ -72,7 +72,7 @@ class RectangleDetector(Record):
 
 
 class FaceDetector(Record):
-    """Light on faces of a body: all that arrives there, or what is absorbed. Told triangle by triangle."""
+    """Light on faces of a body, from either side: all that arrives there, or what of it is absorbed."""
 
     kind: Literal["face"] = "face"
     body: Name
@@ -89,7 +89,9 @@ class FarFieldDetector(Record):
     kind: Literal["far_field"] = "far_field"
     axis: Vector = Field((0.0, 0.0, -1.0), description="Where gamma is 0: down for most luminaires.")
     x_axis: Vector = Field((1.0, 0.0, 0.0), description="Where C is 0.")
-    resolution: tuple[Cells, Cells] = Field((72, 36), description="Cells in C, and in gamma.")
+    resolution: tuple[Cells, Cells] = Field(
+        (72, 36), description="Half planes C, at equal steps from 0, and steps in gamma from 0 to 180 degrees."
+    )
 
     _directions = field_validator("axis", "x_axis")(nonzero)
 
