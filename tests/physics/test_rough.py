@@ -224,6 +224,17 @@ def test_no_ray_is_lost_between_clear_media(alpha, n_i, n_t):
     assert (met.medium == (met.kind == REFRACTION)).all()
 
 
+@pytest.mark.parametrize("alpha", [0.5, 1.0])
+def test_between_media_of_one_index_light_goes_straight_on(alpha):
+    """At grazing incidence too, where rays meet more microfacets than are followed."""
+    angle = np.linspace(0, math.pi / 2 - 1e-4, 1000)
+    data = lowered("rough", scene_with({"kind": "rough", "roughness": alpha}))
+    met = meet("rough", data, angle, len(angle), n_near=1.5, n_far=1.5)
+    assert (met.kind == REFRACTION).all()
+    assert met.direction[:, 2] == pytest.approx(-np.cos(angle), abs=1e-9)
+    assert (met.side == -1).all()
+
+
 def test_a_metal_that_absorbs_nothing_is_white():
     """Furnace: with an index of ik every microfacet reflects all light."""
     metal = {"inside": {"refractive_index": 1e-12, "extinction": 3.0}}

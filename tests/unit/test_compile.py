@@ -407,9 +407,7 @@ def test_hash_of_a_map_is_that_of_the_scene_in_it(hashed, tmp_path):
 def test_hash_depends_on_the_name_of_an_illuminant(hashed):
     """A field that is called as one that does not count: a scene's own name."""
     data, hash_of, _ = hashed
-    one, other = (
-        changed(data, "sources.Lamp.spectrum", {"kind": "illuminant", "name": name}) for name in ("D65", "A")
-    )
+    one, other = (changed(data, "sources.Lamp.spectrum", {"kind": "illuminant", "name": name}) for name in ("D65", "A"))
     assert hash_of(one) != hash_of(other)
 
 
