@@ -303,6 +303,18 @@ def test_an_index_that_is_known_not_quite_as_far_is_refused(tmp_path, border):
     assert "\n" not in str(error.value)
 
 
+def test_tables_of_one_entry_are_enough_for_a_single_wavelength(tmp_path):
+    """(1 - R)² e / (1 - R² e²), Born & Wolf, section 7.6.1, with R of n = 1.6 and e = exp(-0.1 * 5)."""
+    absorption = {"wavelength_nm": [532], "value": [0.1]}
+    h = window(
+        tmp_path, {"kind": "lines", "wavelength_nm": [532]}, {"wavelength_nm": [532], "n": [1.6]}, absorption=absorption
+    )
+    r, e = (0.6 / 2.6) ** 2, math.exp(-0.5)
+    share_agrees("through", through(h).sum(), h.n_rays, (1 - r) ** 2 * e / (1 - (r * e) ** 2))
+    with pytest.raises(SceneError, match="from 532 to 532 nm"):
+        window(tmp_path, D65, 1.5, absorption=absorption, name="white")
+
+
 def test_a_formula_right_up_to_where_it_ends(tmp_path):
     """A formula that is given for 400 to 700 nm, and light just there."""
     formula = {**BK7, "from_nm": 400, "to_nm": 700}
