@@ -12,6 +12,7 @@ from raymaps.errors import CriterionError, OutputError
 from raymaps.kinds import EventKind
 from raymaps.results.beam import beam_angle_deg, plane_profile
 from raymaps.results.detector import evaluate_detector
+from raymaps.results.goniometer import Goniometer
 from tests.criterion_maps import NAMES, SOURCE_FLUX_W, Event, MemoryMap, random_map
 
 
@@ -36,12 +37,18 @@ def slow_cells(raymap, n_c, n_gamma, source=None, largest_deg=180.0):
         if gamma > largest_deg:
             continue
         step = round(gamma * n_gamma / 180)
-        power = math.fsum(ray[-1].light)
-        if step in (0, n_gamma):
-            light[number, :, step] = power / n_c
-        else:
-            light[number, round(c * n_c / 360) % n_c, step] = power
+        together = n_c if step in (0, n_gamma) else most_together(n_c, n_gamma, step)
+        # the half plane in the middle of those that share the cell, and those around it
+        middle = round(c * n_c / 360 / together) * together
+        for k in range(together):
+            light[number, (middle + k - together // 2) % n_c, step] = math.fsum(ray[-1].light) / together
     return light
+
+
+def most_together(n_c, n_gamma, step):
+    """Half planes that share a cell: the largest odd divisor of their number that leaves it no wider than high."""
+    height, width = math.pi / n_gamma, math.sin(step * math.pi / n_gamma) * 2 * math.pi / n_c
+    return max([n for n in range(1, n_c + 1, 2) if n_c % n == 0 and n * width <= height * (1 + 1e-6)], default=1)
 
 
 def estimate(raymap, values, impossible=()):
@@ -56,7 +63,7 @@ def estimate(raymap, values, impossible=()):
     return flux_w, variance_w2
 
 
-@pytest.mark.parametrize("resolution", [(1, 1), (4, 3), (7, 6), (1, 5)])
+@pytest.mark.parametrize("resolution", [(1, 1), (4, 3), (7, 6), (1, 5), (45, 6)])
 @pytest.mark.parametrize("conditions", [{}, {"source": "Beam"}, {"max_angle_deg": 70.0}], ids=str)
 def test_against_a_slow_calculation(raymap, resolution, conditions):
     found = evaluate_detector(raymap, "Sky", resolution=resolution, **conditions)
@@ -90,6 +97,24 @@ def test_solid_angles_of_cells(raymap):
     assert found.solid_angle_sr[:, 0].sum() == pytest.approx(cap, rel=1e-12)
     fine = evaluate_detector(raymap, "Sky", resolution=(1, 10_000)).solid_angle_sr
     assert fine[0, 0] == pytest.approx(math.pi * (math.pi / 20_000) ** 2, rel=1e-6)  # a small cap is flat
+
+
+def test_cells_near_the_axis_are_shared():
+    """At 5 degrees nine of 72 half planes share a cell, three at 10 and 15; C = 0 is in the middle of its cell."""
+    goniometer = Goniometer(72, 36)
+    assert goniometer.together[:6].tolist() == [72, 9, 3, 3, 1, 1]
+    assert goniometer.together[::-1].tolist() == goniometer.together.tolist()
+    measure = goniometer.solid_angle_sr
+    assert measure.sum() == pytest.approx(4 * math.pi, rel=1e-12)
+    assert len(measure) == goniometer.first[-1] == 2 + 2 * (8 + 24 + 24) + 29 * 72
+    grid = goniometer.on_grid(np.arange(len(measure), dtype=float), shared=False)
+    assert (grid[[-4, -3, 0, 4], 1] == grid[0, 1]).all()
+    assert grid[5, 1] == grid[0, 1] + 1
+    assert goniometer.on_grid(measure, shared=True).sum() == pytest.approx(4 * math.pi, rel=1e-12)
+    # directions at the nodes are found in their cells
+    c, gamma = np.meshgrid(np.arange(72) * math.radians(5), np.arange(37) * math.radians(5), indexing="ij")
+    assert goniometer.cell_of(gamma.ravel(), c.ravel()).tolist() == grid.ravel().tolist()
+    assert Goniometer(64, 36).together.tolist() == [64, *[1] * 35, 64]  # 64 has no odd divisor
 
 
 def test_rays_that_leave_where_they_are_have_no_direction():

@@ -1,13 +1,8 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """The far field, evaluated from the stored events: radiant intensity of the light that left the scene.
 
-Directions are sorted as on a goniometer of type C (CIE 121): half planes C at equal steps from 0, and in each the
-angles gamma from 0 to 180 degrees. An intensity is the flux in a cell around its direction over its solid angle
-
-    dC (cos(gamma - d/2) - cos(gamma + d/2)),
-
-and around the axis, where all half planes meet, in one cap of half a step. So the intensities times their solid angles
-add up to the flux that left.
+Directions are sorted by `raymaps.results.goniometer`. The direction in which a ray left is that of its last segment,
+from the stored places of its ends.
 """
 
 from __future__ import annotations
@@ -25,6 +20,7 @@ from raymaps.results.beam import beam_angle_deg
 from raymaps.results.cells import Samples, rows_that_match, sum_samples
 from raymaps.results.detector import with_lumens, without_rows
 from raymaps.results.figures import Asked, Figures, Spectrum, Statistic, named, photometric, radiometric, spectrum_of
+from raymaps.results.goniometer import Goniometer
 from raymaps.scene import FarFieldDetector
 
 if TYPE_CHECKING:
@@ -70,8 +66,8 @@ class FarFieldMap:
     emitted_w : float
         Flux of the sources that count.
     solid_angle_sr, flux_of_cell_w, stderr_of_cell_w : (n_c, n_gamma + 1) float64
-        Of the cells around the directions ``c_deg``, ``gamma_deg``; of the caps around the axis each half plane has the
-        same part.
+        Of the cells around the directions ``c_deg``, ``gamma_deg``; of cells that several half planes share, near the
+        axis, each has the same part.
     intensity_w_per_sr, intensity_stderr_w_per_sr : (n_c, n_gamma + 1) float64
     flux_lm, mean_cd, min_cd, max_cd : Statistic or None
         Luminous flux and intensity; None of an RGB simulation.
@@ -211,8 +207,9 @@ def evaluate_far_field(
     max_angle_deg : float, optional
         Only directions up to this angle gamma to the axis.
     """
-    n_c, n_gamma = resolution = resolution or detector.resolution
+    resolution = resolution or detector.resolution
     largest_rad = math.pi if max_angle_deg is None else math.radians(max_angle_deg)
+    goniometer = Goniometer(*resolution, largest_rad)
     axes = detector.axes
     left = EventKind.LEFT
     doubts: list[tuple[float, float, int]] = []  # of each portion: light, its squared errors, rays without direction
@@ -234,20 +231,20 @@ def evaluate_far_field(
         power = portion.power[row]
         error = _ROUNDING * raymap.manifest.grid_mm / np.where(length > 0, length, np.inf)
         doubts.append((float(power.sum()), float((power * error**2).sum()), int((length == 0).sum())))
-        cell = _cells(gamma, np.arctan2(y, x), n_c, n_gamma, largest_rad)
+        cell = goniometer.cell_of(gamma, np.arctan2(y, x))
         cell[length == 0] = -1
         return Samples(ray, portion.lights, portion.event_light[row].astype(np.int64), np.zeros(0, np.int64), (cell,))
 
-    measure = _solid_angles_sr(n_c, n_gamma, largest_rad)
+    measure = goniometer.solid_angle_sr
     sums = sum_samples(raymap, samples_of, (len(measure),))
     watts = radiometric(raymap, asked, sums, 0, measure, measure > 0)
     lumens = photometric(raymap, asked, sums, 0, measure, measure > 0)
     light, squares, undirected = (sum(column) for column in zip(*doubts, strict=True)) if doubts else (0.0, 0.0, 0)
-    solid_angle_sr = _on_grid(measure, n_c, n_gamma, shared=True)
-    intensity, intensity_stderr = _intensities(watts, measure, n_c, n_gamma)
+    solid_angle_sr = goniometer.on_grid(measure, shared=True)
+    intensity, intensity_stderr = _intensities(watts, measure, goniometer)
     seen: dict[str, Any] = {}
     if lumens is not None:
-        candela, candela_stderr = _intensities(lumens, measure, n_c, n_gamma)
+        candela, candela_stderr = _intensities(lumens, measure, goniometer)
         seen = {
             "flux_lm": lumens.flux, "mean_cd": lumens.mean, "min_cd": lumens.least, "max_cd": lumens.most,
             "intensity_cd": candela, "intensity_stderr_cd": candela_stderr,
@@ -276,8 +273,8 @@ def evaluate_far_field(
             sum(s.flux_w for key, s in raymap.scene.sources.items() if asked.source is None or key == asked.source)
         ),
         solid_angle_sr=solid_angle_sr,
-        flux_of_cell_w=_on_grid(watts.cells, n_c, n_gamma, shared=True),
-        stderr_of_cell_w=_on_grid(watts.cells_stderr, n_c, n_gamma, shared=True),
+        flux_of_cell_w=goniometer.on_grid(watts.cells, shared=True),
+        stderr_of_cell_w=goniometer.on_grid(watts.cells_stderr, shared=True),
         intensity_w_per_sr=intensity,
         intensity_stderr_w_per_sr=intensity_stderr,
         spectrum=spectrum_of(raymap, asked, sums),
@@ -286,44 +283,11 @@ def evaluate_far_field(
     )
 
 
-# Cells are counted: the cap around gamma = 0, then step by step in gamma all half planes, then the other cap.
-
-
-def _cells(gamma: Float, c: Float, n_c: int, n_gamma: int, largest_rad: float) -> NDArray[np.int64]:
-    """Cell of directions, (n,); gamma in radians from 0 to pi, C in radians."""
-    step = np.floor(np.minimum(gamma, largest_rad) * (n_gamma / math.pi) + 0.5).astype(np.int64)
-    step = np.minimum(step, math.ceil(largest_rad * n_gamma / math.pi - 0.5 - 1e-9))  # the limit itself counts below it
-    half_plane = np.floor(c * (n_c / (2 * math.pi)) + 0.5).astype(np.int64) % n_c
-    inner = 1 + (step - 1) * n_c + half_plane
-    return np.where(step <= 0, 0, np.where(step >= n_gamma, 1 + (n_gamma - 1) * n_c, inner))
-
-
-def _solid_angles_sr(n_c: int, n_gamma: int, largest_rad: float) -> Float:
-    """Solid angle of each cell, or of its part up to the largest gamma, (n_cells,)."""
-    edges = np.clip((np.arange(n_gamma + 2) - 0.5) * (math.pi / n_gamma), 0.0, largest_rad)
-    # cos(a) - cos(b) = 2 sin((a + b) / 2) sin((b - a) / 2), exact also for narrow rings
-    low, high = edges[:-1], edges[1:].copy()
-    high[-1] = min(math.pi, largest_rad)
-    high[high - low < 1e-9 * math.pi / n_gamma] = low[high - low < 1e-9 * math.pi / n_gamma]
-    ring = 2 * np.sin((low + high) / 2) * np.sin((high - low) / 2) * 2 * math.pi
-    return np.concatenate([ring[:1], np.repeat(ring[1:-1] / n_c, n_c), ring[-1:]])
-
-
-def _on_grid(values: Float, n_c: int, n_gamma: int, *, shared: bool) -> Float:
-    """Values of cells by half plane and gamma, (n_c, n_gamma + 1); those of the caps for all half planes, or shared."""
-    caps = values[[0, -1]] / (n_c if shared else 1)
-    grid = np.empty((n_c, n_gamma + 1))
-    grid[:, 0], grid[:, -1] = caps
-    grid[:, 1:-1] = values[1:-1].reshape(n_gamma - 1, n_c).T
-    grid.setflags(write=False)
-    return grid
-
-
-def _intensities(figures: Figures, measure: Float, n_c: int, n_gamma: int) -> tuple[Float, Float]:
+def _intensities(figures: Figures, measure: Float, goniometer: Goniometer) -> tuple[Float, Float]:
     """Intensity in each direction and its error; NaN where no direction counts."""
     over = [
         np.divide(values, measure, np.full_like(values, np.nan), where=measure > 0)
         for values in (figures.cells, figures.cells_stderr)
     ]
-    intensity, stderr = (_on_grid(values, n_c, n_gamma, shared=False) for values in over)
+    intensity, stderr = (goniometer.on_grid(values, shared=False) for values in over)
     return intensity, stderr
