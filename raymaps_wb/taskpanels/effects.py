@@ -23,7 +23,7 @@ class EffectsEditor:
         self.widget = QtWidgets.QTreeWidget()
         self.widget.setHeaderLabels([translate("Effect"), translate("because of")])
         self.widget.setMinimumHeight(140)
-        self.widget.setMaximumHeight(240)
+        self.widget.setMaximumHeight(180)
         self.widget.setRootIsDecorated(True)
         self.widget.itemChanged.connect(self._ticked)
         self._about = small_label(translate("Asking the tracer ..."))

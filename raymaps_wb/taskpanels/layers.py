@@ -25,7 +25,8 @@ class LayersEditor(ListEditor):
         header = self.widget.horizontalHeader()
         header.setSectionResizeMode(1, QtWidgets.QHeaderView.Fixed)
         header.resizeSection(1, 75)
-        self.set_rows([(layer, "", nm) for layer, nm in zip(obj.LayerMedia, obj.LayerThicknessNm, strict=False)])
+        layers = [(layer, "", nm) for layer, nm in zip(obj.LayerMedia, obj.LayerThicknessNm, strict=False)]
+        self.set_rows(layers or [self.new_values()])  # a common antireflection coating to begin with
 
     def new_values(self):
         return (None, USUAL, QUARTER_WAVE_NM)

@@ -269,9 +269,11 @@ class EditorsTest(PanelTest):
     def test_layers_bring_their_media(self):
         film = make_surface_property(self.document, self.study_, "film", "Thin film")
         panel = self.panel_of(film)
+        editor = panel.editors["LayerMedia"]
+        self.assertEqual([row[1:] for row in editor.rows()], [("MgF2", "99.6")])
+        editor._remove()
         self.assertFalse(panel.accept())
         self.assertIn("add its layers", panel._message.text())
-        editor = panel.editors["LayerMedia"]
         for _ in range(3):
             editor.add()
         pmma = editor.widget.cellWidget(1, 0)

@@ -96,19 +96,29 @@ class ResultsTest(WindowTest):
         with open(path, encoding="latin-1") as file:
             self.assertIn("TILT", file.read())
 
-    def test_detectors_and_effects_of_a_document_that_was_opened_again(self):
+    def test_effects_of_a_run_and_of_a_map_that_is_opened_again(self):
         study = self.lit_study()
+        study.Without = ["crossings"]
         self.document.saveAs(os.path.join(self.folder, "lit.FCStd"))
         self.run_to_the_end(study)
+        self.assertTrue(wait_until(lambda: "Simulates" in self.panel.effects_line.text(), 30))
+        self.assertIn("lambertian", self.panel.effects_line.text())
+        self.assertIn("Switched off: crossings (rectangles register nothing)", self.panel.effects_line.text())
+
         self.panel.tabs.setCurrentIndex(0)
         study = studies(self.reopened(self.document))[0]
         self.panel.show_study(study)
         self.assertEqual(self.panel.effects_line.text(), "")
+        self.panel.tabs.setCurrentWidget(self.panel.effects)
+        tree = self.panel.effects
+        self.assertTrue(wait_until(lambda: tree.topLevelItemCount() and not tree.isColumnHidden(2), 60))
+        items = [tree.topLevelItem(i) for i in range(tree.topLevelItemCount())]
+        self.assertTrue(any("%" in item.text(2) for item in items))
+        self.assertEqual(items[-1].text(0), "not needed")
+        self.picture_of(self.panel, "effects_tab.png")
         self.panel.tabs.setCurrentIndex(DETECTORS)
         self.assertTrue(wait_until(lambda: "W/mm²" in self.panel.detectors.text.text(), 60))
-        self.panel.tabs.setCurrentWidget(self.panel.effects)
-        self.assertTrue(wait_until(lambda: "Simulates" in self.panel.effects_line.text(), 60))
-        # Another document's study knows nothing of them.
+        # The study of another document knows nothing of them.
         self.open_example("singlet_barrel")
         self.assertEqual((self.panel.detectors.names.count(), self.panel.effects_line.text()), (0, ""))
 
@@ -177,21 +187,6 @@ class ResultsTest(WindowTest):
 
     def file(self, name, content):
         return data.write(self.folder, name, content)
-
-    def test_effects_of_a_run(self):
-        study = self.lit_study()
-        study.Without = ["crossings"]
-        self.run_to_the_end(study)
-        self.assertTrue(wait_until(lambda: "Simulates" in self.panel.effects_line.text(), 30))
-        self.assertIn("lambertian", self.panel.effects_line.text())
-        self.assertIn("Switched off: crossings (rectangles register nothing)", self.panel.effects_line.text())
-        self.panel.tabs.setCurrentWidget(self.panel.effects)
-        tree = self.panel.effects
-        self.assertTrue(wait_until(lambda: not tree.isColumnHidden(2), 30))
-        items = [tree.topLevelItem(i) for i in range(tree.topLevelItemCount())]
-        self.assertTrue(any("%" in item.text(2) for item in items))
-        self.assertEqual(items[-1].text(0), "not needed")
-        self.picture_of(self.panel, "effects_tab.png")
 
     def test_the_words_about_effects(self):
         text = sentence(EFFECTS)
@@ -287,7 +282,7 @@ class GlyphsTest(WindowTest):
 class PicturesTest(WindowTest):
     def test_picture_of_panels(self):
         folder = os.environ.get("RAYMAPS_PICTURES") or self.folder
-        study = self.open_example("led_collimator")
+        study = self.open_example("led_collimator", rays=100_000 if "RAYMAPS_PICTURES" in os.environ else 10_000)
         self.run_to_the_end(study)
         FreeCAD.closeDocument(self.document.Name)
         self.ask("from(LED_red)", 60)
