@@ -147,3 +147,37 @@ def test_the_region_of_extremes_does_not_shrink_with_triangles(tmp_path):
     assert found.min_w_per_mm2.value > 0.88 * found.mean_w_per_mm2.value
     assert found.max_w_per_mm2.value < 1.12 * found.mean_w_per_mm2.value
     assert evaluate_detector(h.raymap, "On", resolution=(1, 1)).uniformity.value == pytest.approx(1, rel=1e-9)
+
+
+def test_emitting_is_no_arriving(tmp_path):
+    """A face that shines into the open registers nothing; opposite a black wall only the wall does."""
+    h = traced(
+        tmp_path,
+        {"Lamp": body(box((-5, -5, -1), (5, 5, 0)), "black"), "Wall": body(box((-5, -5, 2), (5, 5, 3)), "black")},
+        rays=5_000, surfaces=SURFACES, sources={"S": {"kind": "faces", "flux_w": 1, "body": "Lamp", "faces": ["+z"]}},
+        detectors={"Lamp": face("Lamp"), "Wall": face("Wall", "-z"), "Kept": face("Lamp", measure="absorbed")},
+    )  # fmt: skip
+    assert evaluate_detector(h.raymap, "Lamp").crossings == evaluate_detector(h.raymap, "Kept").crossings == 0
+    assert query(h.raymap, "detector(Lamp)").rays == 0
+    wall = evaluate_detector(h.raymap, "Wall")
+    assert wall.crossings == wall.rays == query(h.raymap, "ended(absorbed)").rays > 0
+
+
+def test_killed_light_arrived_but_is_not_absorbed(tmp_path):
+    h = traced(
+        tmp_path, {"Plate": body(PLATE, "grey")}, rays=1_000, surfaces=SURFACES, settings={"max_events": 2},
+        sources={"Beam": disc_source((0, 0, 9), (0, 0, -1), 2)},
+        detectors={"On": face("Plate"), "Kept": face("Plate", measure="absorbed")},
+    )  # fmt: skip
+    assert query(h.raymap, "event(killed_depth)").rays == 1_000
+    assert evaluate_detector(h.raymap, "On").flux_w.value == pytest.approx(1, rel=1e-12)
+    assert evaluate_detector(h.raymap, "Kept").flux_w.value == 0
+
+
+def test_these_detectors_change_nothing_that_is_stored(tmp_path):
+    more = {"rays": 2_000, "surfaces": SURFACES, "sources": {"S": POINT}}
+    bodies = {"Plate": body(PLATE, "grey")}
+    bare = traced(tmp_path / "a", bodies, **more)
+    watched = traced(tmp_path / "b", bodies, detectors={"On": face("Plate"), "Far": {"kind": "far_field"}}, **more)
+    assert watched.raymap.content_hash == bare.raymap.content_hash
+    assert watched.raymap.n_bytes == bare.raymap.n_bytes

@@ -115,7 +115,7 @@ def eulumdat_text(of: Photometry) -> str:
     remarks = "; ".join(of.remarks)
     lines = [
         "Ray Maps, simulated",
-        "3",  # a point source that is not symmetric about its axis
+        "1" if n_c == 1 else "3",  # a point source, symmetric about its axis or not
         "1" if n_c == 1 else "0",
         str(n_c), _angle(360.0 / n_c if n_c > 1 else 0.0), str(n_gamma), _angle(180.0 / (n_gamma - 1)),
         _ascii(remarks, 78), _ascii(of.name, 78), "", _ascii(of.name, 8), _ascii(of.date, 78),
