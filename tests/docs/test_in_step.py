@@ -20,8 +20,9 @@ from raymaps.criterion import ELEMENTARY_EVENTS
 from raymaps.criterion import text as criterion_text
 from raymaps.effects import EFFECTS
 from raymaps.kinds import CRITERION_KINDS, ENDINGS, KILL_REASONS, EventKind
+from raymaps.materials.catalogue import catalogue
 from raymaps.materials.dispersion import FORMULAS
-from raymaps.materials.medium import PhaseFunction
+from raymaps.materials.medium import MediumOrCatalogue, PhaseFunction
 from raymaps.scene.emission import EmissionSpectrum, FaceEmission
 from raymaps.store.columns import COLUMNS, MOST_BANDS
 from tests.docs.blocks import find_blocks
@@ -163,6 +164,31 @@ def test_settings_have_the_defaults_that_are_told() -> None:
         assert {name: json.loads(text.strip("`")) for name, text in defaults.items()} == {
             name: list(value) if isinstance(value, tuple) else value for name, value in fields.items()
         }
+
+
+def test_the_catalogue_is_told() -> None:
+    told = {name for cells in all_rows(page("scene-format.md")) if len(cells) == 2 for name in quoted(cells[1])}
+    assert set(catalogue()) <= told
+
+
+#: Kinds of parts of a scene, and endings of files that its examples speak of but do not have.
+PARTS: dict[str, Any] = {
+    "media": MediumOrCatalogue, "surfaces": materials.SurfaceProperty, "bodies": scene.Body, "sources": scene.Source,
+    "detectors": scene.Detector,
+}  # fmt: skip
+MISSING = (".agf", ".xml", ".ies")
+
+
+@pytest.mark.parametrize("section_name", PARTS)
+def test_pieces_of_scenes_are_valid(section_name: str, tmp_path: Path) -> None:
+    for name in ("green", "red"):
+        (tmp_path / f"{name}.csv").write_text("400;0,9\n700;0,1\n")
+    blocks = re.findall(r"^```json\n(\"\w+\": .*?)^```", page("scene-format.md"), re.M | re.S)
+    pieces = [piece for block in blocks for piece in json.loads(f"{{{block}}}").get(section_name, {}).values()]
+    checked = [piece for piece in pieces if not any(ending in json.dumps(piece) for ending in MISSING)]
+    assert len(checked) > len(pieces) / 2
+    for piece in checked:
+        TypeAdapter(PARTS[section_name]).validate_python(piece, context={"folder": tmp_path})
 
 
 def test_the_published_schema_is_that_of_the_program() -> None:
