@@ -361,7 +361,7 @@ def detector(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Detector.")],
     resolution: Annotated[
         str | None,
-        typer.Option(metavar="NXxNY", help="Cells, by default the scene's; of a far field half planes x steps in gamma."),
+        typer.Option(metavar="NXxNY", help="Cells; of a far field half planes C and steps in gamma."),
     ] = None,
     max_angle: Annotated[
         float | None,
