@@ -13,6 +13,7 @@ from raymaps.bands import Bands
 from raymaps.errors import RayMapsError, SceneError, decapitalised, unknown_name
 from raymaps.formats.ray_file import read_rays
 from raymaps.formats.ray_set import RaySet
+from raymaps.on_the_way import light_on_the_way
 from raymaps.scene import CrossingsSource, EmissionTable, RaysSource, RectangleDetector, Scene, Source
 from raymaps.spectral_data import srgb_of_wavelengths
 from raymaps.store import RayMap
@@ -83,16 +84,11 @@ def crossing_rays(raymap: RayMap, detector: str) -> RaySet:
         length = np.linalg.norm(way, axis=1)
         source = portion.signatures.ray_source[portion.ray_signature[portion.crossing_ray[mine]]]
         power = raymap.ray_flux_w[source] * portion.power[row]
-        lights = portion.lights.values if with_spectra else portion.lights.shown
+        place_mm = np.array(described.center_mm) + xy[:, :1] * x_axis + xy[:, 1:] * y_axis
+        lights, light_row = light_on_the_way(raymap, portion, row, place_mm.__getitem__)
+        values = np.asarray(lights.values if with_spectra else lights.shown, np.float32)
         sound = (length > 0) & (power > 0)
-        parts.append(
-            (
-                (np.array(described.center_mm) + xy[:, :1] * x_axis + xy[:, 1:] * y_axis)[sound],
-                way[sound] / length[sound, None],
-                power[sound],
-                lights[portion.event_light[row[sound]]],
-            )
-        )
+        parts.append((place_mm[sound], way[sound] / length[sound, None], power[sound], values[light_row[sound]]))
         portion.forget()
     if not sum(len(part[0]) for part in parts):
         raise SceneError(f"Ray Map '{raymap.path}': detector '{detector}' has registered no ray.")

@@ -387,6 +387,24 @@ def test_crossings_carry_what_losses_left(tmp_path):
     assert np.abs(rays.direction - [0, 0, 1]).max() < 1e-4
 
 
+def test_crossings_inside_a_tinted_medium_have_the_colour_that_light_has_there(tmp_path):
+    """By Beer and Lambert exp(-a d) of each band is left 1 mm deep; the segment through the gate starts outside it."""
+    per_mm = np.array([0.0, 1.0, 5.0])
+    h = traced(
+        tmp_path, {"Pool": body(box((-5, -5, -4), (5, 5, 0)), "open", "tinted")}, rays=N, name="first",
+        sources={"S": disc_source((0, 0, 5), (0, 0, -1), 0.1)}, surfaces={"open": {"kind": "fresnel"}},
+        media={"tinted": {"refractive_index": 1, "absorption_per_mm": per_mm.tolist()}},
+        detectors={"Gate": rectangle((0, 0, -1), 4, 4)},
+    )  # fmt: skip
+    rays = crossing_rays(h.raymap, "Gate")
+    assert rays.light is not None
+    assert rays.light.dtype == np.float32
+    left = np.exp(-per_mm) / 3
+    assert rays.light / rays.light.sum(axis=1, keepdims=True) == pytest.approx(
+        np.broadcast_to(left / left.sum(), rays.light.shape), rel=1e-5
+    )
+
+
 def test_map_of_crossings_stands_alone(tmp_path):
     h = first_map(tmp_path)
     scene = write_scene(tmp_path, {}, name="second", sources={"S": crossings_source()})
