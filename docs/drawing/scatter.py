@@ -11,18 +11,80 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+import raymaps
 from docs.drawing.look import COLOURS, mark, size
-from docs.drawing.scenes import Rays, beam, sheet, trace
+from docs.drawing.scenes import Rays, beam, far_field, sheet, trace
 from raymaps.effects.abg import abg_bsdf
 from raymaps.effects.bsdf import bsdf_per_sr
 from raymaps.effects.gaussian import lobe_density
 from raymaps.kinds import EventKind
-from raymaps.materials import BsdfTable
+from raymaps.materials import AngularTable, BsdfTable
 
-__all__ = ["draw_bsdf", "draw_lobes", "glossy_table"]
+__all__ = ["draw_bsdf", "draw_coefficients", "draw_lobes", "glossy_table"]
 
 
 # ---------------------------------------------------------------------------------------------------------------- lobes
+
+
+_FILTER = {
+    "angle_deg": [0, 45, 70, 90],
+    "wavelength_nm": [400, 440, 460, 480, 500, 540, 560, 580, 700],
+    "value": [
+        [0.02, 0.02, 0.02, 0.03, 0.86, 0.9, 0.9, 0.04, 0.02], [0.02, 0.02, 0.03, 0.84, 0.86, 0.86, 0.05, 0.03, 0.02],
+        [0.02, 0.02, 0.5, 0.5, 0.48, 0.06, 0.03, 0.03, 0.02], [0] * 9,
+    ],
+}  # fmt: skip
+
+
+def draw_coefficients(folder: Path) -> Figure:
+    """A filter by its table over angle and wavelength, and what it does at one wavelength."""
+    figure = size(9.6, 4.1)
+    left, right = figure.subplots(1, 2)
+    angles = np.array([0.0, 30.0, 45.0, 60.0, 70.0, 80.0])
+    surface = {
+        "kind": "coefficients", "specular_transmittance": _FILTER, "diffuse_reflectance": 0.05,
+        "specular_reflectance": {"angle_deg": [0, 60, 90], "value": [[0.04], [0.08], [0.95]]},
+    }  # fmt: skip
+    table = AngularTable.model_validate(_FILTER)
+    white = {"kind": "table", "wavelength_nm": [400, 700], "value": [1, 1]}
+    rays = trace(
+        folder, "filter", {"Plate": {"shape": sheet(60), "surface": "filter"}}, rays=480_000,
+        surfaces={"filter": surface}, detectors={"All": far_field()},
+        sources={f"{a:g}": beam(a, radius_mm=1e-4, spectrum=white) for a in angles},
+        settings={"store": "spectral", "spectrum": {"from_nm": 400, "to_nm": 700, "bands": 30}, "max_events": 3},
+    )  # fmt: skip
+    nm = np.linspace(400, 700, 301)
+    for angle, colour in zip((0.0, 45.0, 60.0), COLOURS, strict=False):
+        found = raymaps.evaluate_detector(
+            rays.raymap, "All", source=f"{angle:g}", where="event(specular_refraction)"
+        ).spectrum
+        left.plot(nm, table.at_angles([angle])[0].at(nm), color=colour, label=f"{angle:g}°")
+        mark(left, (found.low_nm + found.high_nm) / 2, 30 * found.flux_w, 30 * found.stderr_w, colour)
+    kinds = {
+        "through": (EventKind.SPECULAR_REFRACTION,), "specular back": (EventKind.SPECULAR_REFLECTION,),
+        "diffuse back": (EventKind.DIFFUSE_REFLECTION,), "absorbed": (),
+    }  # fmt: skip
+    rows = rays.first[:-1] + 1
+    n = np.bincount(rays.source, minlength=len(angles))
+    known = np.zeros(len(angles))
+    smooth = np.linspace(0, 89.9, 180)
+    lines = {
+        "through": [row.at(nm).mean() for row in table.at_angles(smooth)],
+        "specular back": np.interp(smooth, [0, 60, 90], [0.04, 0.08, 0.95]), "diffuse back": np.full(180, 0.05),
+    }  # fmt: skip
+    for (words, kind), colour in zip(kinds.items(), COLOURS, strict=False):
+        light = np.where(np.isin(rays.kind[rows], kind), rays.power[rows], 0.0)
+        share = np.bincount(rays.source, light, len(angles)) / n if kind else 1 - known
+        known += share
+        error = np.sqrt(np.maximum(share * (1 - share), 0) / n)
+        mark(right, angles, share, error, colour)
+        line = lines.get(words, 1 - sum(np.asarray(each) for each in lines.values()))
+        right.plot(smooth, line, color=colour, label=words)
+    left.set(title="Specular transmittance of a filter", xlabel="wavelength in nm", ylabel="share", ylim=(0, 1))
+    right.set(title="Light from 400 to 700 nm", xlabel="angle of incidence in degrees", xlim=(-1, 90), ylim=(0, 1))
+    left.legend(loc="upper right")
+    right.legend(loc="upper left", ncols=2)
+    return figure
 
 
 def draw_lobes(folder: Path) -> Figure:
