@@ -15,6 +15,7 @@ from raymaps.errors import SceneError
 from raymaps.kinds import EventKind
 from raymaps.results.ledger import energy_ledger
 from raymaps.scene import Scene, load_scene
+from tests.everything import write_everything
 from tests.physics.scenes import Histories, body, box, disc_source, rectangle, traced, write_scene
 
 NAMES = [effect.name for effect in EFFECTS if effect.name != "absorber"]
@@ -324,3 +325,16 @@ def test_a_medium_that_is_not_known_at_the_d_line_has_its_index_as_near_as_that_
     compiled = compile_scene(load_scene(path))
     assert compiled.tables.medium_index[0] == pytest.approx(2.41, abs=1e-4)
     assert "dispersion" not in compiled.effects
+
+
+def test_the_order_in_which_two_effects_are_named_does_not_matter(tmp_path):
+    """In a scene that calls for all of them."""
+    scene = load_scene(write_everything(tmp_path))
+
+    def without(*names: str) -> Scene:
+        settings = scene.settings.model_copy(update={"without": names})
+        reduced = scene_without(scene.model_copy(update={"settings": settings}))
+        return reduced.model_copy(update={"settings": scene.settings})
+
+    for one, other in itertools.combinations(NAMES, 2):
+        assert without(one, other) == without(other, one), (one, other)

@@ -85,8 +85,9 @@ def nothing_scattered_inside(scene: Scene) -> Scene:
 
 
 def one_index(scene: Scene) -> Scene:
-    """Media have their index at the d line at all wavelengths."""
+    """Media have their index at the d line at all wavelengths; metals only where they are clear media."""
+    kept = "conductor" not in scene.settings.without
     return _with_media(
         scene,
-        lambda medium: {} if medium.is_conductor else {"refractive_index": medium.index_at_d_line},
+        lambda medium: {} if medium.is_conductor and kept else {"refractive_index": medium.index_at_d_line},
     )
