@@ -13,7 +13,7 @@ import numpy as np
 from raymaps.compile import compile_scene
 from raymaps.effects.usage import used_surfaces
 from raymaps.errors import RayMapsError, SceneError
-from raymaps.materials import Mixture
+from raymaps.materials import Mixture, ThinFilm
 from raymaps.results.ledger import energy_ledger
 from raymaps.scene import RectangleDetector, Scene, load_scene
 from raymaps.store import RayMap
@@ -89,6 +89,8 @@ def _unused(scene: Scene) -> Iterator[Finding]:
         prop = scene.surfaces[name]
         used |= {part.surface for part in prop.parts} if isinstance(prop, Mixture) else set()
     media = {body.medium for body in scene.bodies.values()} | {scene.ambient}
+    films = [scene.surfaces[name] for name in used]
+    media |= {layer.medium for film in films if isinstance(film, ThinFilm) for layer in film.layers}
     for what, unused in (("Surface property", set(scene.surfaces) - used), ("Medium", set(scene.media) - media)):
         for name in sorted(unused):
             yield Finding(f"{what} '{name}' is not used.")
