@@ -30,6 +30,7 @@ __all__ = [
     "SceneError",
     "TraceError",
     "decapitalised",
+    "shortened",
     "unknown_name",
 ]
 
@@ -95,3 +96,8 @@ def unknown_name(what: str, name: str, known: Iterable[str]) -> str:
 def decapitalised(text: str) -> str:
     """A sentence as a part of another one: small first letter, no full stop."""
     return (text[:1].lower() + text[1:]).rstrip(".")
+
+
+def shortened(text: str, length: int) -> str:
+    """A text of at most so many letters, with an ellipsis where it was cut."""
+    return text if len(text) <= length else text[: length - 1] + "…"

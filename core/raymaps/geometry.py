@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from raymaps.errors import OutputError, SceneError, unknown_name
+from raymaps.errors import OutputError, SceneError, shortened, unknown_name
 from raymaps.scene import Body, Scene
 
 __all__ = ["BodyMesh", "load_bodies", "winding_number", "write_ply"]
@@ -134,7 +134,7 @@ def load_bodies(scene: Scene) -> tuple[BodyMesh, ...]:
 
 def _load_body(folder: Path, name: str, body: Body) -> BodyMesh:
     file = body.geometry.file
-    where = f"Body '{name}', geometry '{file if len(file) <= 100 else file[:99] + '…'}'"
+    where = f"Body '{name}', geometry '{shortened(file, 100)}'"
     parts = _read_parts(folder / body.geometry.file, where)
     with np.errstate(over="ignore"):
         vertices = np.concatenate([vertices for _, vertices, _ in parts]) * body.geometry.mm_per_unit
@@ -312,5 +312,4 @@ def mesh_digest(mesh: BodyMesh) -> str:
 
 
 def _one_line(error: Exception) -> str:
-    text = " ".join(str(error).split()) or type(error).__name__
-    return text if len(text) <= 100 else text[:99] + "…"
+    return shortened(" ".join(str(error).split()) or type(error).__name__, 100)

@@ -42,7 +42,7 @@ from raymaps.criterion.tree import (
     all_of,
     any_of,
 )
-from raymaps.errors import CriterionError, unknown_name
+from raymaps.errors import CriterionError, decapitalised, shortened, unknown_name
 from raymaps.kinds import CRITERION_KINDS, ENDINGS
 
 __all__ = ["format_criterion", "format_name", "parse_criterion"]
@@ -118,7 +118,7 @@ class _Parser:
             raise self.expected("an elementary event such as hit(BODY), '~' or '('")
         if word not in ELEMENTARY_EVENTS:
             self.position = start
-            raise self.error(_lower(unknown_name("elementary event", _cut(word), ELEMENTARY_EVENTS)).rstrip("."))
+            raise self.error(decapitalised(unknown_name("elementary event", shortened(word, 40), ELEMENTARY_EVENTS)))
         if word == Everything.word:
             return Everything()
         self.expect("(")
@@ -168,7 +168,7 @@ class _Parser:
             self.position = start
             if word is None:
                 raise self.expected(f"a {what} (one of {', '.join(known)})")
-            raise self.error(f"unknown {what} '{_cut(word)}'; known: {', '.join(known)}")
+            raise self.error(f"unknown {what} '{shortened(word, 40)}'; known: {', '.join(known)}")
         return word
 
     def optional_kind(self) -> str | None:
@@ -244,7 +244,7 @@ class _Parser:
     def expected(self, what: str) -> CriterionError:
         self.peek()
         match = _WORD.match(self.text, self.position)
-        found = _cut(match[0] if match else self.peek())
+        found = shortened(match[0] if match else self.peek(), 40)
         return self.error(f"expected {what}, found {repr(found) if found else 'the end'}")
 
     def error(self, what: str) -> CriterionError:
@@ -344,11 +344,3 @@ def _format_area(area: Area) -> str:
 def _format_number(number: float) -> str:
     short = f"{number:g}"
     return short if float(short) == number else repr(number)
-
-
-def _cut(text: str, length: int = 40) -> str:
-    return text if len(text) <= length else text[: length - 1] + "…"
-
-
-def _lower(text: str) -> str:
-    return text[:1].lower() + text[1:]

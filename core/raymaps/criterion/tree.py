@@ -28,7 +28,7 @@ from collections.abc import Iterable
 from dataclasses import MISSING, dataclass, field, fields
 from typing import Any, ClassVar
 
-from raymaps.errors import CriterionError, unknown_name
+from raymaps.errors import CriterionError, shortened, unknown_name
 from raymaps.kinds import CRITERION_KINDS, ENDINGS
 
 __all__ = [
@@ -445,6 +445,6 @@ def _make_finite(area: Rectangle | Ellipse) -> None:
         object.__setattr__(area, name, float(value))
 
 
-def _short(value: Any, length: int = 60) -> str:
+def _short(value: Any) -> str:
     text = repr(value) if not isinstance(value, dict | list | tuple) else f"a {type(value).__name__}"
-    return text if len(text) <= length else text[: length - 1] + "…"
+    return shortened(text, 60)

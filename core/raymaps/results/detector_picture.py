@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from raymaps.criterion import Ellipse, Rectangle
-from raymaps.errors import MissingPackageError
+from raymaps.errors import MissingPackageError, shortened
 from raymaps.results.detector import DetectorMap
-from raymaps.results.picture_parts import INK, LOOK, PALE, colour_bar, cut, false_colour_scale, with_error
+from raymaps.results.picture_parts import INK, LOOK, PALE, colour_bar, false_colour_scale, with_error
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -90,16 +90,16 @@ def _write_title(figure: Figure, detector_map: DetectorMap, left: float) -> None
     line = with_error(detector_map.flux_w, "W")
     line += f"   {with_error(detector_map.flux_lm, 'lm')}" if detector_map.flux_lm is not None else ""
     line += f"   {detector_map.crossings:,} crossings".replace(",", "\u2009")
-    figure.text(left, top - 0.56 * inch, cut(line, letters), fontsize=9.5)
+    figure.text(left, top - 0.56 * inch, shortened(line, letters), fontsize=9.5)
     conditions = [f"without {', '.join(detector_map.without)}"] if detector_map.without else []
     conditions.append(f"{detector_map.resolution[0]} × {detector_map.resolution[1]} cells")
     conditions.append(f"{detector_map.side} side" if detector_map.side != "both" else "both sides")
     conditions.append(f"up to {detector_map.max_angle_deg:g}°")
     conditions += [f"from {detector_map.source}"] if detector_map.source else []
     conditions += [f"where {detector_map.criterion}"] if detector_map.criterion else []
-    figure.text(left, top - 0.76 * inch, cut(",  ".join(conditions), letters), fontsize=8, color=PALE)
+    figure.text(left, top - 0.76 * inch, shortened(",  ".join(conditions), letters), fontsize=8, color=PALE)
     line = f"mean {with_error(detector_map.mean_w_per_mm2, 'W/mm²')}"
     line += f" or {with_error(detector_map.mean_lx, 'lx')}" if detector_map.mean_lx is not None else ""
     if detector_map.uniformity:
         line += f",  min/mean {detector_map.uniformity.value:.2f} ± {detector_map.uniformity.stderr:.2f}"
-    figure.text(left, top - 0.93 * inch, cut(line, letters), fontsize=8, color=PALE)
+    figure.text(left, top - 0.93 * inch, shortened(line, letters), fontsize=8, color=PALE)

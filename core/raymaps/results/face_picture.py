@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from raymaps.errors import MissingPackageError
+from raymaps.errors import MissingPackageError, shortened
 from raymaps.results.face_detector import FaceMap
 from raymaps.results.model_view import EDGE_RGBA, ModelView, Shape, face_painting
-from raymaps.results.picture_parts import INK, LOOK, PALE, colour_bar, cut, with_error
+from raymaps.results.picture_parts import INK, LOOK, PALE, colour_bar, with_error
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -106,13 +106,13 @@ def _write_title(figure: Figure, face_map: FaceMap) -> None:
     line = with_error(face_map.flux_w, "W")
     line += f"   {with_error(face_map.flux_lm, 'lm')}" if face_map.flux_lm is not None else ""
     line += f"   {face_map.crossings:,} hits".replace(",", "\u2009")
-    figure.text(left, 1 - 0.57 * inch, cut(line, letters), fontsize=9.5)
+    figure.text(left, 1 - 0.57 * inch, shortened(line, letters), fontsize=9.5)
     conditions = [f"without {', '.join(face_map.without)}"] if face_map.without else []
     faces = f"{len(face_map.faces)} faces" if len(face_map.faces) > 3 else ", ".join(face_map.faces)
     conditions += [f"{faces} of {face_map.body}", f"{len(face_map.cell_flux_w)} cells", *face_map.conditions()]
-    figure.text(left, 1 - 0.77 * inch, cut(",  ".join(conditions), letters), fontsize=8, color=PALE)
+    figure.text(left, 1 - 0.77 * inch, shortened(",  ".join(conditions), letters), fontsize=8, color=PALE)
     line = f"mean {with_error(face_map.mean_w_per_mm2, 'W/mm²')}"
     line += f" or {with_error(face_map.mean_lx, 'lx')}" if face_map.mean_lx is not None else ""
     if face_map.uniformity:
         line += f",  min/mean {face_map.uniformity.value:.2f} ± {face_map.uniformity.stderr:.2f}"
-    figure.text(left, 1 - 0.94 * inch, cut(line, letters), fontsize=8, color=PALE)
+    figure.text(left, 1 - 0.94 * inch, shortened(line, letters), fontsize=8, color=PALE)

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from raymaps.errors import MissingPackageError
+from raymaps.errors import MissingPackageError, shortened
 from raymaps.results.beam import plane_profile
 from raymaps.results.far_field import BEAM_LEVELS, FarFieldMap
-from raymaps.results.picture_parts import INK, LOOK, PALE, colour_bar, cut, false_colour_scale, prefix, with_error
+from raymaps.results.picture_parts import INK, LOOK, PALE, colour_bar, false_colour_scale, prefix, with_error
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -146,5 +146,5 @@ def _write_title(figure: Figure, far_field: FarFieldMap) -> None:
         told.append(f"beam at {100 * level:.0f} %: {words}")
     conditions = [f"without {', '.join(far_field.without)}"] if far_field.without else []
     conditions += far_field.conditions()
-    figure.text(0.05, 1 - 0.84 * inch, cut(",  ".join(told), 150), fontsize=8, color=PALE)
-    figure.text(0.05, 1 - 1.02 * inch, cut(",  ".join(conditions), 150), fontsize=8, color=PALE)
+    figure.text(0.05, 1 - 0.84 * inch, shortened(",  ".join(told), 150), fontsize=8, color=PALE)
+    figure.text(0.05, 1 - 1.02 * inch, shortened(",  ".join(conditions), 150), fontsize=8, color=PALE)

@@ -15,7 +15,7 @@ from raymaps.results.figures import Statistic
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["FRAME", "INK", "LOOK", "PALE", "colour_bar", "cut", "false_colour_scale", "prefix", "with_error"]
+__all__ = ["FRAME", "INK", "LOOK", "PALE", "colour_bar", "false_colour_scale", "prefix", "with_error"]
 
 INK, PALE, FRAME = "#30343b", "#6b7280", "#9aa0a8"
 #: Settings of matplotlib.
@@ -72,8 +72,3 @@ def prefix(largest: float) -> tuple[float, str]:
         if largest >= scale:
             return scale, letter
     return (1e-12, "p") if largest > 0 else (1.0, "")
-
-
-def cut(text: str, length: int) -> str:
-    """Text of at most so many letters."""
-    return text if len(text) <= length else text[: length - 1] + "…"

@@ -11,12 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.criterion import Criterion
-from raymaps.errors import MissingPackageError
+from raymaps.errors import MissingPackageError, shortened
 from raymaps.results.camera import fit_camera
 from raymaps.results.colours import paper_colours
 from raymaps.results.files import check_suffix, new_file
 from raymaps.results.model_view import EDGE_RGBA, ModelView, Shape, build_view
 from raymaps.results.offscreen import prepare_offscreen
+from raymaps.results.picture_parts import INK, PALE
 from raymaps.scene import Scene
 
 if TYPE_CHECKING:
@@ -27,7 +28,6 @@ __all__ = ["draw_view", "render", "view"]
 Float = NDArray[np.float64]
 
 _LONG_SIDE_PX = 1500
-_INK, _PALE = "#30343b", "#6b7280"
 #: So many names stand in the legend at most.
 _LEGEND = 24
 
@@ -184,20 +184,18 @@ def _framed(figure_type: Any, content: ModelView, image: NDArray[np.uint8]) -> A
     columns = max(1, int(width / 1.6))
     rows = -(-len(entries) // columns)
     below = 0.22 * rows + 0.2
-    with rc_context({"font.family": "DejaVu Sans", "text.color": _INK}):
+    with rc_context({"font.family": "DejaVu Sans", "text.color": INK}):
         total = height + 0.72 + below
         figure = figure_type(figsize=(width, total), facecolor="white")
         axes = figure.add_axes((0, below / total, 1, height / total))
         axes.imshow(image, interpolation="none")
         axes.set_axis_off()
         figure.text(0.25 / width, 1 - 0.32 / total, content.title, fontsize=14, fontweight="bold")
-        figure.text(0.25 / width, 1 - 0.57 / total, _cut(content.subtitle, int(width * 12)), fontsize=9, color=_PALE)
+        figure.text(
+            0.25 / width, 1 - 0.57 / total, shortened(content.subtitle, int(width * 12)), fontsize=9, color=PALE
+        )
         figure.legend(
             handles=entries, loc="lower left", bbox_to_anchor=(0.12 / width, 0.06 / total), ncols=columns,
-            frameon=False, fontsize=8.5, handlelength=1.4, columnspacing=1.4, labelcolor=_INK,
+            frameon=False, fontsize=8.5, handlelength=1.4, columnspacing=1.4, labelcolor=INK,
         )  # fmt: skip
     return figure
-
-
-def _cut(text: str, length: int) -> str:
-    return text if len(text) <= length else text[: length - 1] + "…"

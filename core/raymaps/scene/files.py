@@ -9,10 +9,13 @@ from typing import Any, NoReturn
 
 from pydantic import ValidationError
 
-from raymaps.errors import SceneError, decapitalised
+from raymaps.errors import SceneError, decapitalised, shortened
 from raymaps.scene.description import SCENE_FORMAT, SCENE_VERSION, Scene
 
 __all__ = ["load_scene", "scene_from_dict", "scene_json_schema"]
+
+#: Letters of what a file says that an error repeats at most.
+_LONGEST = 120
 
 
 def load_scene(path: str | Path) -> Scene:
@@ -43,7 +46,7 @@ def load_scene(path: str | Path) -> Scene:
     except RecursionError:
         raise SceneError(f"Scene '{path}': it is nested too deeply to be a scene.") from None
     except ValueError as error:
-        raise SceneError(f"Scene '{path}' is not valid JSON: {_short(str(error))}.") from None
+        raise SceneError(f"Scene '{path}' is not valid JSON: {shortened(str(error), _LONGEST)}.") from None
     return scene_from_dict(data, str(path), path.parent)
 
 
@@ -97,8 +100,8 @@ def scene_json_schema() -> dict[str, Any]:
 
 def _newer(where: str, version: int) -> str:
     return (
-        f"Scene '{where}' has version {_short(str(version))}, this program reads up to version {SCENE_VERSION}: "
-        "update Ray Maps."
+        f"Scene '{where}' has version {shortened(str(version), _LONGEST)}, this program reads up to version "
+        f"{SCENE_VERSION}: update Ray Maps."
     )
 
 
@@ -106,7 +109,7 @@ def _unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     result: dict[str, Any] = {}
     for key, value in pairs:
         if key in result:
-            raise ValueError(f"the name '{_short(key)}' stands twice in one section")
+            raise ValueError(f"the name '{shortened(key, _LONGEST)}' stands twice in one section")
         result[key] = value
     return result
 
@@ -148,7 +151,7 @@ def _fault(fault: Any) -> str:
     message = decapitalised(fault["msg"].removeprefix("Value error, ")).replace("input should", "must")
     if fault["type"] == "value_error" or isinstance(given, dict | list | tuple) or given is None:
         return message
-    return f"{message}, got {_short(repr(given))}"
+    return f"{message}, got {shortened(repr(given), _LONGEST)}"
 
 
 #: Forms of values that pydantic names among the fields.
@@ -172,10 +175,6 @@ def _place(loc: tuple[int | str, ...]) -> str:
         else:
             words.append(str(part))
     return "".join(f", {word}" for word in words)
-
-
-def _short(text: str, length: int = 120) -> str:
-    return text if len(text) <= length else text[: length - 1] + "…"
 
 
 def _reason(error: OSError | UnicodeDecodeError) -> str:

@@ -12,7 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from raymaps.errors import MapError
+from raymaps.errors import MapError, shortened
 from raymaps.store.signatures import STEP_COLUMNS
 
 __all__ = ["COLUMNS", "Column", "pack_columns", "read_columns"]
@@ -126,5 +126,4 @@ REMEDY = "delete the folder of this portion and trace with --resume to make it a
 
 
 def _first_line(error: Exception) -> str:
-    text = (str(error).splitlines() or [type(error).__name__])[0]
-    return text if len(text) <= 120 else text[:119] + "…"
+    return shortened((str(error).splitlines() or [type(error).__name__])[0], 120)
