@@ -213,7 +213,7 @@ class Report(StudyCommand):
         from raymaps_wb.gui import dock
 
         panel = dock.show()
-        if not panel.report_page:
+        if not panel.tabs.report_page:
             panel.apply()
             return
         path, _ = QtWidgets.QFileDialog.getSaveFileName(
@@ -221,7 +221,7 @@ class Report(StudyCommand):
         )
         if path:
             with open(path, "w", encoding="utf-8") as file:
-                file.write(panel.report_page)
+                file.write(panel.tabs.report_page)
 
 
 class Export(StudyCommand):

@@ -8,11 +8,11 @@ import FreeCADGui
 
 from raymaps_wb.compat import QtCore, QtGui, QtWidgets, translate
 from raymaps_wb.errors import WorkbenchError
-from raymaps_wb.gui import examples, observer, report
+from raymaps_wb.gui import examples, observer
 from raymaps_wb.gui.active import active_study
-from raymaps_wb.gui.detector_view import DetectorView
-from raymaps_wb.gui.effects_view import EffectsView, lines, sentence
+from raymaps_wb.gui.effects_view import lines, sentence
 from raymaps_wb.gui.figures import count, duration, watts_with_error
+from raymaps_wb.gui.result_tabs import ResultTabs
 from raymaps_wb.gui.session import GONE, StudySession
 from raymaps_wb.objects.result import map_folder, result_of
 from raymaps_wb.objects.study import studies, study_of
@@ -30,7 +30,6 @@ KILLED = {
     "medium_mismatch": "bodies touch or overlap; leave a gap of 0.01 mm between them. Check study names them, "
     "event(killed_medium_mismatch) shows where",
 }
-DETECTORS = 1  # the tab of that name
 BAD, WARNING, GOOD = "#b3261e", "#9a6700", "#1a7f37"
 
 
@@ -40,8 +39,7 @@ class RayMapsDock(QtWidgets.QDockWidget):
     def __init__(self, parent):
         super().__init__(translate("Ray Maps"), parent)
         self.setObjectName(NAME)
-        self.sessions, self._session, self.report_page, self._said = {}, None, "", ""
-        self._known_effects, self._detectors_of, self._asked = [], "", ""
+        self.sessions, self._session, self._said = {}, None, ""
         body = QtWidgets.QWidget()
         layout = QtWidgets.QVBoxLayout(body)
         layout.setContentsMargins(8, 6, 8, 6)
@@ -65,7 +63,9 @@ class RayMapsDock(QtWidgets.QDockWidget):
         self.counts = _wrapped_label()
         self.counts.setTextFormat(QtCore.Qt.RichText)
         layout.addWidget(self.counts)
-        layout.addWidget(self._tabs(), 1)
+        self.tabs = ResultTabs()
+        self.report, self.detectors, self.effects = self.tabs.report, self.tabs.detectors, self.tabs.effects
+        layout.addWidget(self.tabs, 1)
         self.setWidget(body)
         self.setMinimumWidth(330)
         watched = observer.install()
@@ -73,23 +73,6 @@ class RayMapsDock(QtWidgets.QDockWidget):
         watched.activated.connect(self._document_activated)
         watched.closed.connect(self._document_closed)
         self.refresh()
-
-    def _tabs(self):
-        self.report = QtWidgets.QTextBrowser()
-        self.report.setOpenLinks(False)
-        self.detectors = DetectorView(self.measure, self._save_detector)
-        self.effects = EffectsView()
-        self.tabs = QtWidgets.QTabWidget()
-        self.tabs.setDocumentMode(True)
-        self.tabs.addTab(self.report, translate("Rays"))
-        area = QtWidgets.QScrollArea()
-        area.setWidget(self.detectors)
-        area.setWidgetResizable(True)
-        area.setFrameShape(QtWidgets.QFrame.NoFrame)
-        self.tabs.addTab(area, translate("Detectors"))
-        self.tabs.addTab(self.effects, translate("Effects"))
-        self.tabs.currentChanged.connect(lambda _: self._tab_shown())
-        return self.tabs
 
     def _run_row(self):
         row = QtWidgets.QHBoxLayout()
@@ -160,7 +143,7 @@ class RayMapsDock(QtWidgets.QDockWidget):
             session.noted: self.status.setText,
             session.run_ended: self._run_ended,
             session.counted: self._counted,
-            session.reported: self._reported,
+            session.reported: self.tabs.show_report,
             session.refused: self._refused,
             session.explained: self._explained,
             session.measured: self.detectors.show_answer,
@@ -254,16 +237,13 @@ class RayMapsDock(QtWidgets.QDockWidget):
         self._say("")
         self.warning.setText("")
         self._show_effects([])
-        self._asked = ""
-        self.detectors.offer([])
+        self.tabs.show_session(self._session, self.criterion.currentText())
         self._clear_answers()
 
     def _clear_answers(self):
         for label in (self.error, self.counts):
             label.setText("")
-        self.report.clear()
-        self.report_page, self._detectors_of = "", ""
-        self.detectors.clear()
+        self.tabs.clear()
 
     # -- run ----------------------------------------------------------------------------------------------------------
 
@@ -301,10 +281,9 @@ class RayMapsDock(QtWidgets.QDockWidget):
         self._show_effects(effects)
 
     def _show_effects(self, effects):
-        self._known_effects = effects
         self.effects_line.setText(sentence(effects) if effects else "")
         self.effects_line.setVisible(bool(effects))
-        self.effects.show_effects(effects)
+        self.tabs.show_effects(effects)
 
     def _progressed(self, rays, of, remaining_s):
         self.progress.setValue(int(1000 * rays / of) if of else 0)
@@ -326,8 +305,7 @@ class RayMapsDock(QtWidgets.QDockWidget):
         if study is not None and outcome.map_folder and outcome.state in (DONE, CANCELLED):
             self._fill_criteria(study, result_of(study))
             self.apply()
-            if self.tabs.currentWidget() is self.effects and self._session is not None:
-                self._session.explain_map()
+            self.tabs.run_ended()
 
     def _tell_summary(self, done):
         text = _summary(done)
@@ -369,51 +347,8 @@ class RayMapsDock(QtWidgets.QDockWidget):
             self._session.forget()
             self._refused(str(error))
 
-    def measure(self):
-        """Ask what the chosen detector registered of the rays that were asked for last."""
-        name = self.detectors.name()
-        if self._session is None or not name:
-            return
-        self.detectors.clear(translate("<i>asking ...</i>"))
-        try:
-            self._session.measure(name, self._asked or self.criterion.currentText())
-        except WorkbenchError as error:
-            self.detectors.clear(str(error))
-
-    def _save_detector(self, path):
-        if self._session is not None:
-            said = f"{self.detectors.name()} is written to {path}"
-            asked = self._asked or self.criterion.currentText()
-            self._session.save_detector(self.detectors.name(), asked, path, lambda _: self._say(said))
-
-    def _tab_shown(self):
-        """Ask for what a tab shows once it is looked at."""
-        session = self._session
-        if session is None or not self.apply_button.isEnabled():
-            return
-        try:
-            if self.tabs.currentWidget() is self.effects:
-                if not self._known_effects or not session.is_running():
-                    session.explain_map()
-            elif self.tabs.currentIndex() == DETECTORS:
-                if self._detectors_of != session.shown_map or not self.detectors.name():
-                    session.info(self._offer_detectors)
-                else:
-                    self.measure()
-        except WorkbenchError as error:
-            self.detectors.clear(str(error))
-
-    def _offer_detectors(self, info):
-        names = list(info.get("names", {}).get("detectors", ()))
-        self._detectors_of = self._session.shown_map if self._session is not None else ""
-        self.detectors.offer(names)
-        self.detectors.clear("" if names else translate("This map has no detector."))
-        self.measure()
-
     def _counted(self, answer):
-        self._asked = answer["criterion"]
-        if self.tabs.currentIndex() == DETECTORS:
-            self._tab_shown()
+        self.tabs.asked(answer["criterion"])
         share = 100.0 * answer["rays"] / answer["scanned"] if answer["scanned"] else 0.0
         text = f"<b>{count(answer['rays'])}</b> of {count(answer['scanned'])} rays match ({share:.3g} %)"
         if answer["flux_w"] is not None and answer["flux_stderr_w"] is not None:  # else not all rays were looked at
@@ -423,10 +358,6 @@ class RayMapsDock(QtWidgets.QDockWidget):
             text = self.criterion.currentText()
             self.criterion.insertItem(0, answer["criterion"])
             self.criterion.setEditText(text)
-
-    def _reported(self, answer):
-        self.report.setHtml(report.html(answer))
-        self.report_page = str(answer.get("html", ""))
 
     def _refused(self, text):
         self._clear_answers()

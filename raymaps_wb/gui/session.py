@@ -116,13 +116,19 @@ class StudySession(QtCore.QObject):
             return str(error)
         return _obstacle(check_study(study, distances=False)) if study is not None else ""
 
-    def explain_map(self):
-        """Ask which effects the result's map holds, and what share of the time each took."""
+    def has_map(self):
+        """Whether the result's map is there."""
+        return os.path.isdir(self._map_folder())
+
+    def _map_folder(self):
         study = self.study()
         result = result_of(study) if study is not None else None
-        folder = map_folder(result) if result is not None else ""
-        if os.path.isdir(folder):
-            self._explain(folder)
+        return map_folder(result) if result is not None else ""
+
+    def explain_map(self):
+        """Ask which effects the result's map holds, and what share of the time each took."""
+        if self.has_map():
+            self._explain(self._map_folder())
 
     def _explain(self, what):
         """Ask about a scene or a map; what can't be told, the run itself tells better."""
@@ -242,9 +248,7 @@ class StudySession(QtCore.QObject):
         self._scratch.cleanup()
 
     def _server_of_result(self):
-        study = self.study()
-        result = result_of(study) if study is not None else None
-        folder = map_folder(result) if result is not None else ""
+        folder = self._map_folder()
         if not folder:
             raise TracerError("There is no map yet; run the study first.")
         if not os.path.isdir(folder):

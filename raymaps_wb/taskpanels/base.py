@@ -12,7 +12,9 @@ import Part
 from raymaps_wb.compat import QtGui, QtWidgets, flags_as_int, primary_selection, translate
 from raymaps_wb.gui.active import PREFIX, is_own_step_open
 from raymaps_wb.paths import icon
-from raymaps_wb.taskpanels.editors import FileEditor, SpectralEditor, editor_of, label_of
+from raymaps_wb.taskpanels.editor_table import editor_of
+from raymaps_wb.taskpanels.editors import label_of
+from raymaps_wb.taskpanels.file_editors import FileEditor, SpectralEditor
 from raymaps_wb.taskpanels.rows import WRONG, Rows, section_label
 
 GAP_MM = 0.05  # between a face and what is put on it

@@ -11,8 +11,8 @@ from gui.window import WindowTest, spin, wait_until, window_picture
 from raymaps_wb.compat import QtCore, QtGui, QtWidgets
 from raymaps_wb.gui import false_colours
 from raymaps_wb.gui.detector_view import html
-from raymaps_wb.gui.dock import DETECTORS
 from raymaps_wb.gui.effects_view import lines, sentence
+from raymaps_wb.gui.result_tabs import DETECTORS
 from raymaps_wb.objects.detector import make_detector
 from raymaps_wb.objects.files import kept_path
 from raymaps_wb.objects.medium import CATALOGUE, make_medium, set_scatterers
@@ -56,7 +56,7 @@ class ResultsTest(WindowTest):
         """Figures and picture of a detector in its tab."""
         self.panel.detectors.clear()
         self.panel.detectors.names.setCurrentText(name)
-        self.panel.measure()
+        self.panel.tabs.measure()
         self.assertTrue(wait_until(lambda: "asking" not in self.panel.detectors.text.text(), 60))
         return self.panel.detectors.text.text()
 
@@ -176,7 +176,7 @@ class ResultsTest(WindowTest):
         self.document.recompute()
         self.run_to_the_end(study)
         self.assertTrue(wait_until(lambda: "Simulates" in self.panel.effects_line.text(), 30))
-        names = {effect.name for effect in self.panel._known_effects if effect.needed}
+        names = {effect.name for effect in self.panel.tabs.known_effects if effect.needed}
         wanted = {"spectral", "dispersion", "medium_scattering", "medium_absorption", "conductor", "thin_film", "rough"}
         self.assertEqual(wanted - names, set())
         self.ask("true", 100)
@@ -289,7 +289,7 @@ class PicturesTest(WindowTest):
         self.panel.tabs.setCurrentIndex(DETECTORS)
         self.assertTrue(wait_until(lambda: self.panel.detectors.names.count() == 2, 30))
         self.panel.detectors.names.setCurrentText("Target")
-        self.panel.measure()
+        self.panel.tabs.measure()
         self.assertTrue(wait_until(lambda: "±" in self.panel.detectors.text.text(), 60))
         window = FreeCADGui.getMainWindow()
         for name in ("Report view", "Python console"):
