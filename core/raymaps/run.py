@@ -110,7 +110,7 @@ def simulate(
             scene_hash=compiled.scene_hash,
             names=compiled.names,
             rays_asked=n_rays,
-            portion_rays=portion_rays or _portion_rays(n_rays),
+            portion_rays=portion_rays or _portion_rays(n_rays, compiled.bands.n),
             grid_mm=compiled.frame.grid_mm,
             program=__version__,
             bands=compiled.bands,
@@ -176,9 +176,10 @@ def _resumable(manifest: Manifest, path: Path, scene_hash: str, seed: int | None
     return manifest
 
 
-def _portion_rays(n_rays: int) -> int:
-    """About 32 portions, so that progress shows, within what is good for speed."""
-    return min(LARGEST_PORTION, max(SMALLEST_PORTION, 1 << (n_rays // 32).bit_length()))
+def _portion_rays(n_rays: int, n_bands: int) -> int:
+    """About 32 portions, so that progress shows, within what is good for speed and memory."""
+    largest = max(SMALLEST_PORTION, LARGEST_PORTION * 32 // max(n_bands, 32))
+    return min(largest, max(SMALLEST_PORTION, 1 << (n_rays // 32).bit_length()))
 
 
 def _in_threads(

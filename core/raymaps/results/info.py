@@ -12,6 +12,9 @@ from raymaps.units import format_bytes, format_quantity
 
 __all__ = ["MapInfo", "map_info"]
 
+#: Share of the light below which a figure is rounding, and shown as 0.
+ROUNDING = 1e-9
+
 
 @dataclass(frozen=True)
 class MapInfo:
@@ -62,6 +65,7 @@ class MapInfo:
         rows += [(f"  {reason}", flux) for reason, flux in ledger.killed_by_reason_w.items()]
         width = max(len(label) for label, _ in rows) + 2
         share = 100 / ledger.emitted_w if ledger.emitted_w else 0.0
+        rows = [(label, flux if abs(flux) > ROUNDING * ledger.emitted_w else 0.0) for label, flux in rows]
         return [f"{label:<{width}}{format_quantity(flux, 'W'):>12}{flux * share:>10.4f} %" for label, flux in rows]
 
 

@@ -121,7 +121,11 @@ class Portion:
         """Row in `lights` of the light after each event, (n_events,)."""
         if "lights.parquet" not in self.summary.file_bytes:
             return _read_only(np.arange(self.n_events, dtype=np.uint32))
-        return self._read("events", "light")["light"]
+        rows = self._read("events", "light")["light"]
+        if len(rows) and int(rows.max()) >= len(self.lights.values):
+            file = self.folder / "lights.parquet"
+            raise MapError(f"Ray Map file '{file}' lacks light that events have; {REMEDY}.")
+        return rows
 
     @cached_property
     def power(self) -> NDArray[np.float64]:
@@ -150,7 +154,7 @@ class Portion:
     @cached_property
     def ray_wavelength_nm(self) -> NDArray[np.float32]:
         """Wavelength that dispersion narrowed each ray to, (n_rays,); 0 if none."""
-        if not self.bands.is_spectral:
+        if not self.bands.is_spectral and not self.summary.has_wavelengths:
             return _read_only(np.zeros(self.n_rays, np.float32))
         return self._read("rays", "wavelength_nm")["wavelength_nm"]
 

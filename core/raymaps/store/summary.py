@@ -47,6 +47,7 @@ class PortionSummary:
     file_bytes: dict[str, int]
     file_sha256: dict[str, str]
     seconds: dict[str, float]
+    has_wavelengths: bool
 
     def to_json(self) -> str:
         """As text."""
@@ -72,4 +73,5 @@ class PortionSummary:
             file_bytes={str(name): int(size) for name, size in data["file_bytes"].items()},
             file_sha256={str(name): str(digest) for name, digest in data["file_sha256"].items()},
             seconds={str(stage): float(seconds) for stage, seconds in data.get("seconds", {}).items()},
+            has_wavelengths=bool(data.get("has_wavelengths", False)),
         )

@@ -72,7 +72,8 @@ def write_portion(
     position = history.position_mm
     distinct, light = distinct_lights(history.light, bands)
     lights = distinct.as_stored(stored)
-    wavelength_nm = {"wavelength_nm": history.wavelength_nm} if bands.is_spectral else {}
+    has_wavelengths = bands.is_spectral or bool(history.wavelength_nm.any())
+    wavelength_nm = {"wavelength_nm": history.wavelength_nm} if has_wavelengths else {}
     files: dict[str, dict[str, NDArray[Any]]] = {
         "rays": {"ray": ray, "signature": signature, **wavelength_nm},
         "signatures": {
@@ -116,6 +117,7 @@ def write_portion(
             {file: len(data) for file, data in packed.items()},
             {file: hashlib.sha256(data).hexdigest() for file, data in packed.items()},
             {stage: round(seconds, 6) for stage, seconds in history.seconds.items()},
+            has_wavelengths,
         )  # fmt: skip
         (making / SUMMARY_FILE).write_text(summary.to_json(), encoding="utf-8")
         making.rename(folder / name)
