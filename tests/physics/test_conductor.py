@@ -9,7 +9,7 @@ import pytest
 
 from raymaps.effects.conductor import metal_reflectance
 from raymaps.effects.fresnel import fresnel_reflectance
-from raymaps.kernels import conductor
+from raymaps.kernels import reflectance
 from raymaps.kinds import EventKind, SurfaceKind
 from tests.physics.scenes import agrees, body, box, disc_source, traced, unit
 from tests.physics.surface_bench import lines, lowered, meet, scene_with
@@ -37,7 +37,7 @@ def closed_form(angle_rad, n_i, index):
 def test_normal_incidence_of_published_metals(n, k, published):
     digits = 0.005 if round(published, 2) == published else 0.00011
     assert metal_reflectance(1.0, 1.0, n, k) == pytest.approx(published, abs=digits + 1e-9)
-    assert conductor.reflectance(1.0, 1.0, n, k) == pytest.approx(published, abs=digits + 1e-9)
+    assert reflectance.of_metal(1.0, 1.0, n, k) == pytest.approx(published, abs=digits + 1e-9)
 
 
 @pytest.mark.parametrize("n_i", [1.0, 1.333, 1.8])
@@ -47,7 +47,7 @@ def test_kernel_reference_and_closed_form_over_the_angle(n, k, n_i):
         angle = math.radians(degrees)
         expected = closed_form(angle, n_i, complex(n, k))
         assert metal_reflectance(math.cos(angle), n_i, n, k) == pytest.approx(expected, abs=1e-9)
-        assert conductor.reflectance(math.cos(angle), n_i, n, k) == pytest.approx(expected, abs=1e-9)
+        assert reflectance.of_metal(math.cos(angle), n_i, n, k) == pytest.approx(expected, abs=1e-9)
 
 
 def test_without_extinction_it_is_an_interface_of_clear_media():
@@ -55,14 +55,14 @@ def test_without_extinction_it_is_an_interface_of_clear_media():
     for n_i, n in ((1.0, 1.5), (1.5, 1.0), (1.33, 1.33)):
         expected = fresnel_reflectance(cos, n_i, n)
         assert metal_reflectance(cos, n_i, n, 0.0) == pytest.approx(expected, abs=1e-12)
-        assert [conductor.reflectance(c, n_i, n, 0.0) for c in cos] == pytest.approx(expected, abs=1e-12)
+        assert [reflectance.of_metal(c, n_i, n, 0.0) for c in cos] == pytest.approx(expected, abs=1e-12)
 
 
 def test_limits():
     """Nothing is absorbed at grazing incidence, nor by a metal without a real part of the index."""
     assert metal_reflectance(0.0, 1.0, 1.3, 7.5) == pytest.approx(1)
     assert metal_reflectance(np.linspace(0, 1, 11), 1.2, 0.0, 3.0) == pytest.approx(1, abs=1e-12)
-    assert conductor.reflectance(0.3, 1.2, 0.0, 3.0) == pytest.approx(1, abs=1e-12)
+    assert reflectance.of_metal(0.3, 1.2, 0.0, 3.0) == pytest.approx(1, abs=1e-12)
 
 
 def test_metal_takes_over_from_the_interface_and_clear_media_stay_with_it():

@@ -168,6 +168,18 @@ def test_kernels_import_only_numpy_numba_math_and_kinds():
     assert wrong == []
 
 
+def test_kernels_import_no_kernel_of_an_effect():
+    """So that none is imported because another effect shares its code."""
+    effects = {f"raymaps.kernels.{effect.name}" for effect in EFFECTS}
+    wrong = [
+        f"{path.name}:{line} imports {dotted}"
+        for path in python_files(PACKAGE / "kernels")
+        for line, dotted in imports(path, CORE)
+        if effects & {dotted, dotted.rpartition(".")[0]}
+    ]
+    assert wrong == []
+
+
 def test_store_imports_nothing_of_the_tracer():
     found = {part_of_raymaps(dotted) for path in python_files(PACKAGE / "store") for _, dotted in imports(path, CORE)}
     assert found.isdisjoint(TRACER)

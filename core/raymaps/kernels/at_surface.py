@@ -1,13 +1,23 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Geometry where a ray meets a surface: its angle of incidence, axes in the surface, Snell's law."""
+"""Where a ray meets a surface: its angle of incidence, and how it goes on by reflection, Snell's or Lambert's law."""
 
 from __future__ import annotations
 
 import math
 
 from raymaps.jit import kernel
+from raymaps.kernels.directions import lambertian
 
-__all__ = ["head", "incidence_cosine", "refract", "refraction_cosine", "tangents"]
+__all__ = [
+    "go_through",
+    "head",
+    "incidence_cosine",
+    "reflect",
+    "refract",
+    "refraction_cosine",
+    "scatter_lambertian",
+    "turn_back",
+]
 
 
 @kernel
@@ -15,20 +25,6 @@ def incidence_cosine(wave, i, plane):
     """Cosine of the angle of incidence of ray i on a plane, 0 to 1."""
     along = wave.direction[i, 0] * plane[0] + wave.direction[i, 1] * plane[1] + wave.direction[i, 2] * plane[2]
     return min(1.0, abs(along))
-
-
-@kernel
-def tangents(x, y, z):
-    """Two unit vectors that stand on the unit vector (x, y, z) and on each other, six numbers.
-
-    References
-    ----------
-    T. Duff et al.: Building an Orthonormal Basis, Revisited, JCGT 6 (2017), listing 3.
-    """
-    sign = math.copysign(1.0, z)
-    a = -1.0 / (sign + z)
-    b = x * y * a
-    return 1.0 + sign * x * x * a, sign * b, -sign * x, b, sign + y * y * a, -y
 
 
 @kernel
@@ -55,8 +51,38 @@ def head(wave, i, x, y, z):
 
 
 @kernel
+def turn_back(wave, i):
+    """Let ray i stay on the side from which it arrived."""
+    wave.side[i] = wave.near_side[i]
+
+
+@kernel
+def go_through(wave, i):
+    """Let ray i go to the other side and into the medium beyond."""
+    wave.side[i] = -wave.near_side[i]
+    wave.medium[i] = wave.beyond[i]
+
+
+@kernel
+def reflect(wave, i, plane):
+    """Turn the direction of ray i around a plane's normal; it stays on its side."""
+    dx, dy, dz = wave.direction[i, 0], wave.direction[i, 1], wave.direction[i, 2]
+    twice = 2.0 * (dx * plane[0] + dy * plane[1] + dz * plane[2])
+    head(wave, i, dx - twice * plane[0], dy - twice * plane[1], dz - twice * plane[2])
+    turn_back(wave, i)
+
+
+@kernel
+def scatter_lambertian(wave, i, plane, u, v):
+    """Let ray i go on in any direction of the side that it is on, by Lambert's law; u and v are uniform in (0, 1)."""
+    side = wave.side[i]
+    dx, dy, dz = lambertian(side * plane[0], side * plane[1], side * plane[2], u, v)
+    wave.direction[i, 0], wave.direction[i, 1], wave.direction[i, 2] = dx, dy, dz
+
+
+@kernel
 def refract(wave, i, plane, cos_i, cos_t):
-    """Bend the direction of ray i on its way through a plane, and tell its new side and medium.
+    """Bend the direction of ray i on its way through a plane, to the other side and into the medium beyond.
 
     Parameters
     ----------
@@ -73,5 +99,4 @@ def refract(wave, i, plane, cos_i, cos_t):
         eta * wave.direction[i, 1] + along * plane[1],
         eta * wave.direction[i, 2] + along * plane[2],
     )
-    wave.side[i] = -side
-    wave.medium[i] = wave.beyond[i]
+    go_through(wave, i)

@@ -11,8 +11,7 @@ import math
 import numpy as np
 
 from raymaps.jit import allocating_kernel, kernel
-from raymaps.kernels.at_surface import incidence_cosine, refract, refraction_cosine
-from raymaps.kernels.mirror import reflect
+from raymaps.kernels.at_surface import go_through, incidence_cosine, reflect, refract, refraction_cosine, turn_back
 from raymaps.kernels.outcome import draw_among, total
 from raymaps.kernels.random import ON_SURFACE, ON_SURFACE_MORE, uniforms
 from raymaps.kernels.transport import PENDING
@@ -204,14 +203,13 @@ def run(active, wave, tables, data, key, depth):
         if wave.state[i] != PENDING or tables.surface_kind[surface] != _HERE:
             continue
         plane = tables.plane[wave.hit[i]]
-        side = wave.near_side[i]
         nx, ny, nz = plane[0], plane[1], plane[2]
         dx, dy, dz = wave.direction[i, 0], wave.direction[i, 1], wave.direction[i, 2]
         cos_i = incidence_cosine(wave, i, plane)
         cos_t = refraction_cosine(cos_i, wave.n_near[i], wave.n_far[i])
         tx, ty, tz, bx, by, bz = frame(nx, ny, nz, data.x_axis[surface])
         azimuth = math.atan2(dx * bx + dy * by + dz * bz, dx * tx + dy * ty + dz * tz)
-        face = 0 if side > 0 else 1
+        face = 0 if wave.near_side[i] > 0 else 1
         shares[:] = 0.0
         for way in range(2):
             lobe = data.lobe[surface, face, way]
@@ -236,7 +234,6 @@ def run(active, wave, tables, data, key, depth):
         if outcome == 0:
             reflect(wave, i, plane)
             wave.state[i] = _SPECULAR_REFLECTION
-            wave.side[i] = side
             continue
         if outcome == 2:
             refract(wave, i, plane, cos_i, cos_t)
@@ -252,12 +249,13 @@ def run(active, wave, tables, data, key, depth):
             turn += azimuth
         sine = math.sqrt(sin2)
         along, across = sine * math.cos(turn), sine * math.sin(turn)
-        if way == 1:
-            side = -side
-            wave.medium[i] = wave.beyond[i]
-        up = side * math.sqrt(max(1.0 - sin2, 0.0))
+        if way == 0:
+            wave.state[i] = _DIFFUSE_REFLECTION
+            turn_back(wave, i)
+        else:
+            wave.state[i] = _DIFFUSE_REFRACTION
+            go_through(wave, i)
+        up = wave.side[i] * math.sqrt(max(1.0 - sin2, 0.0))
         wave.direction[i, 0] = along * tx + across * bx + up * nx
         wave.direction[i, 1] = along * ty + across * by + up * ny
         wave.direction[i, 2] = along * tz + across * bz + up * nz
-        wave.state[i] = _DIFFUSE_REFLECTION if way == 0 else _DIFFUSE_REFRACTION
-        wave.side[i] = side

@@ -8,9 +8,15 @@ import math
 import numpy as np
 
 from raymaps.jit import allocating_kernel, kernel
-from raymaps.kernels.at_surface import incidence_cosine, refract, refraction_cosine
-from raymaps.kernels.directions import lambertian
-from raymaps.kernels.mirror import reflect
+from raymaps.kernels.at_surface import (
+    go_through,
+    incidence_cosine,
+    reflect,
+    refract,
+    refraction_cosine,
+    scatter_lambertian,
+    turn_back,
+)
 from raymaps.kernels.outcome import draw_among
 from raymaps.kernels.random import ON_SURFACE, uniforms
 from raymaps.kernels.transport import PENDING
@@ -62,7 +68,6 @@ def run(active, wave, tables, data, key, depth):
         if wave.state[i] != PENDING or tables.surface_kind[surface] != _HERE:
             continue
         plane = tables.plane[wave.hit[i]]
-        side = wave.near_side[i]
         cos_i = incidence_cosine(wave, i, plane)
         cos_t = refraction_cosine(cos_i, wave.n_near[i], wave.n_far[i])
         rows = slice(data.start[surface], data.start[surface + 1])
@@ -81,13 +86,11 @@ def run(active, wave, tables, data, key, depth):
         wave.state[i] = _KINDS[outcome]
         if outcome == 0:
             reflect(wave, i, plane)
-            wave.side[i] = side
         elif outcome == 1:
             refract(wave, i, plane, cos_i, cos_t)
         else:
-            if outcome == 3:
-                side = -side
-                wave.medium[i] = wave.beyond[i]
-            wave.side[i] = side
-            dx, dy, dz = lambertian(side * plane[0], side * plane[1], side * plane[2], v, w)
-            wave.direction[i, 0], wave.direction[i, 1], wave.direction[i, 2] = dx, dy, dz
+            if outcome == 2:
+                turn_back(wave, i)
+            else:
+                go_through(wave, i)
+            scatter_lambertian(wave, i, plane, v, w)

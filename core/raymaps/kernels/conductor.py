@@ -1,35 +1,21 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Reflection off the smooth surface of a metal, unpolarised. The formulas are those of `raymaps.effects.conductor`."""
+"""Reflection off the smooth surface of a metal, unpolarised."""
 
 from __future__ import annotations
 
-import cmath
-
 import numpy as np
 
-from raymaps.jit import allocating_kernel, kernel
-from raymaps.kernels.at_surface import incidence_cosine
-from raymaps.kernels.mirror import reflect
+from raymaps.jit import allocating_kernel
+from raymaps.kernels import reflectance
+from raymaps.kernels.at_surface import incidence_cosine, reflect
 from raymaps.kernels.outcome import draw_reflection
 from raymaps.kernels.random import ON_SURFACE, uniforms
 from raymaps.kernels.transport import PENDING
 from raymaps.kinds import EventKind, SurfaceKind
 
-__all__ = ["reflectance", "run"]
-
 _HERE = int(SurfaceKind.FRESNEL)
 _REFLECTION = int(EventKind.FRESNEL_REFLECTION)
 _ABSORPTION = int(EventKind.ABSORPTION)
-
-
-@kernel
-def reflectance(cos_i, n_i, n, k):
-    """Power reflectance of the surface of a metal of index n + ik in a medium of index n_i."""
-    epsilon = (complex(n, k) / n_i) ** 2
-    inside = cmath.sqrt(epsilon - (1.0 - cos_i * cos_i))
-    r_s = (cos_i - inside) / (cos_i + inside)
-    r_p = (epsilon * cos_i - inside) / (epsilon * cos_i + inside)
-    return 0.5 * (r_s.real**2 + r_s.imag**2 + r_p.real**2 + r_p.imag**2)
 
 
 @allocating_kernel
@@ -44,11 +30,10 @@ def run(active, wave, tables, data, key, depth):
         plane = tables.plane[wave.hit[i]]
         cos_i = incidence_cosine(wave, i, plane)
         for band in range(len(share)):
-            share[band] = reflectance(cos_i, wave.n_near[i], data.n[metal, band], data.k[metal, band])
+            share[band] = reflectance.of_metal(cos_i, wave.n_near[i], data.n[metal, band], data.k[metal, band])
         _, u, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), depth, ON_SURFACE)
         if not draw_reflection(wave.light[i], share, key.roulette_threshold, u):
             wave.state[i] = _ABSORPTION
             continue
         reflect(wave, i, plane)
         wave.state[i] = _REFLECTION
-        wave.side[i] = wave.near_side[i]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Directions drawn around an axis."""
+"""Axes around a direction, and directions drawn around it."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import math
 
 from raymaps.jit import kernel
 
-__all__ = ["around", "lambertian"]
+__all__ = ["around", "lambertian", "tangents"]
 
 
 @kernel
-def around(x, y, z, cos_theta, sin_theta, azimuth):
-    """Unit vector at a polar angle and an azimuth around the unit vector (x, y, z).
+def tangents(x, y, z):
+    """Two unit vectors that stand on the unit vector (x, y, z) and on each other, six numbers.
 
     References
     ----------
@@ -21,12 +21,15 @@ def around(x, y, z, cos_theta, sin_theta, azimuth):
     sign = math.copysign(1.0, z)
     a = -1.0 / (sign + z)
     b = x * y * a
+    return 1.0 + sign * x * x * a, sign * b, -sign * x, b, sign + y * y * a, -y
+
+
+@kernel
+def around(x, y, z, cos_theta, sin_theta, azimuth):
+    """Unit vector at a polar angle and an azimuth around the unit vector (x, y, z)."""
+    ax, ay, az, bx, by, bz = tangents(x, y, z)
     p, q = sin_theta * math.cos(azimuth), sin_theta * math.sin(azimuth)
-    return (
-        p * (1.0 + sign * x * x * a) + q * b + cos_theta * x,
-        p * sign * b + q * (sign + y * y * a) + cos_theta * y,
-        -p * sign * x - q * y + cos_theta * z,
-    )
+    return p * ax + q * bx + cos_theta * x, p * ay + q * by + cos_theta * y, p * az + q * bz + cos_theta * z
 
 
 @kernel

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from raymaps.jit import kernel
-from raymaps.kernels.directions import lambertian
+from raymaps.kernels.at_surface import go_through, scatter_lambertian, turn_back
 from raymaps.kernels.outcome import draw_outcome
 from raymaps.kernels.random import ON_SURFACE, uniforms
 from raymaps.kernels.transport import PENDING
@@ -33,12 +33,10 @@ def run(active, wave, tables, data, key, depth):
         if outcome < 0:
             wave.state[i] = _ABSORPTION
             continue
-        side = wave.near_side[i]
-        if outcome == 1:
-            side = -side
-            wave.medium[i] = wave.beyond[i]
-        wave.state[i] = _REFLECTION if outcome == 0 else _REFRACTION
-        wave.side[i] = side
-        plane = tables.plane[wave.hit[i]]
-        dx, dy, dz = lambertian(side * plane[0], side * plane[1], side * plane[2], v, w)
-        wave.direction[i, 0], wave.direction[i, 1], wave.direction[i, 2] = dx, dy, dz
+        if outcome == 0:
+            wave.state[i] = _REFLECTION
+            turn_back(wave, i)
+        else:
+            wave.state[i] = _REFRACTION
+            go_through(wave, i)
+        scatter_lambertian(wave, i, tables.plane[wave.hit[i]], v, w)

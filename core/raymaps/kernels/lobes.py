@@ -14,8 +14,16 @@ import math
 import numpy as np
 
 from raymaps.jit import kernel
-from raymaps.kernels.at_surface import head, incidence_cosine, refract, refraction_cosine, tangents
-from raymaps.kernels.mirror import reflect
+from raymaps.kernels.at_surface import (
+    go_through,
+    head,
+    incidence_cosine,
+    reflect,
+    refract,
+    refraction_cosine,
+    turn_back,
+)
+from raymaps.kernels.directions import tangents
 from raymaps.kernels.random import REJECTION, uniforms
 from raymaps.kinds import EventKind
 
@@ -133,16 +141,14 @@ def go_on(wave, i, plane, cos_i, cos_t, outcome, p, q):
     if outcome == MIRRORED:
         reflect(wave, i, plane)
         wave.state[i] = _SPECULAR_REFLECTION
-        wave.side[i] = side
     elif outcome == REFRACTED:
         refract(wave, i, plane, cos_i, cos_t)
         wave.state[i] = _SPECULAR_REFRACTION
     elif outcome == SCATTERED_BACK:
         scatter_to(wave, i, plane, p, q, side)
         wave.state[i] = _DIFFUSE_REFLECTION
-        wave.side[i] = side
+        turn_back(wave, i)
     else:
         scatter_to(wave, i, plane, p, q, -side)
         wave.state[i] = _DIFFUSE_REFRACTION
-        wave.side[i] = -side
-        wave.medium[i] = wave.beyond[i]
+        go_through(wave, i)

@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from raymaps.jit import kernel
-from raymaps.kernels import conductor, fresnel
+from raymaps.kernels import reflectance
 from raymaps.kernels.random import REJECTION, uniforms
 
 __all__ = ["MOST_BOUNCES", "next_height", "visible_normal", "walk_between_media", "walk_on_metal"]
@@ -97,7 +97,7 @@ def walk_between_media(x, y, z, alpha, n_i, n_t, seed, ray, depth):
             return x, y, mirrored * z, bounce
         mx, my, mz = visible_normal(-x, -y, -z, alpha, v, w)
         cosine = min(1.0, max(0.0, -(x * mx + y * my + z * mz)))
-        reflected, cos_t = fresnel.reflectance(cosine, n_i, n_t)
+        reflected, cos_t = reflectance.of_clear_medium(cosine, n_i, n_t)
         if chosen < reflected:
             x, y, z = x + 2.0 * cosine * mx, y + 2.0 * cosine * my, z + 2.0 * cosine * mz
         else:
@@ -138,7 +138,7 @@ def walk_on_metal(x, y, z, alpha, n_i, n, k, share, seed, ray, depth):
         mx, my, mz = visible_normal(-x, -y, -z, alpha, v, w)
         cosine = min(1.0, max(0.0, -(x * mx + y * my + z * mz)))
         for band in range(len(share)):
-            share[band] *= conductor.reflectance(cosine, n_i, n[band], k[band])
+            share[band] *= reflectance.of_metal(cosine, n_i, n[band], k[band])
         x, y, z = x + 2.0 * cosine * mx, y + 2.0 * cosine * my, z + 2.0 * cosine * mz
         length = math.sqrt(x * x + y * y + z * z)
         x, y, z = x / length, y / length, z / length

@@ -3,11 +3,10 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from raymaps.jit import kernel
+from raymaps.kernels.at_surface import reflect
 from raymaps.kernels.outcome import draw_reflection
 from raymaps.kernels.random import ON_SURFACE, uniforms
 from raymaps.kernels.transport import PENDING
@@ -16,16 +15,6 @@ from raymaps.kinds import EventKind, SurfaceKind
 _HERE = int(SurfaceKind.MIRROR)
 _REFLECTION = int(EventKind.SPECULAR_REFLECTION)
 _ABSORPTION = int(EventKind.ABSORPTION)
-
-
-@kernel
-def reflect(wave, i, plane):
-    """Turn the direction of ray i around a plane's normal, and renormalise it."""
-    dx, dy, dz = wave.direction[i, 0], wave.direction[i, 1], wave.direction[i, 2]
-    twice = 2.0 * (dx * plane[0] + dy * plane[1] + dz * plane[2])
-    dx, dy, dz = dx - twice * plane[0], dy - twice * plane[1], dz - twice * plane[2]
-    length = math.sqrt(dx * dx + dy * dy + dz * dz)
-    wave.direction[i, 0], wave.direction[i, 1], wave.direction[i, 2] = dx / length, dy / length, dz / length
 
 
 @kernel
@@ -42,5 +31,4 @@ def run(active, wave, tables, data, key, depth):
             wave.state[i] = _ABSORPTION
             continue
         wave.state[i] = _REFLECTION
-        wave.side[i] = wave.near_side[i]
         reflect(wave, i, tables.plane[wave.hit[i]])

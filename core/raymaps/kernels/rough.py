@@ -6,7 +6,8 @@ from __future__ import annotations
 import numpy as np
 
 from raymaps.jit import allocating_kernel
-from raymaps.kernels.at_surface import head, tangents
+from raymaps.kernels.at_surface import go_through, head, turn_back
+from raymaps.kernels.directions import tangents
 from raymaps.kernels.microsurface import walk_between_media, walk_on_metal
 from raymaps.kernels.outcome import draw_reflection
 from raymaps.kernels.random import ON_SURFACE, uniforms
@@ -54,8 +55,7 @@ def run(active, wave, tables, data, key, depth):
         head(wave, i, x * ax + y * bx + z * nx, x * ay + y * by + z * ny, x * az + y * bz + z * nz)
         if z > 0.0:
             wave.state[i] = _REFLECTION
-            wave.side[i] = side
+            turn_back(wave, i)
         else:
             wave.state[i] = _REFRACTION
-            wave.side[i] = -side
-            wave.medium[i] = beyond
+            go_through(wave, i)

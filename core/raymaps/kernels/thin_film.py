@@ -11,8 +11,7 @@ import math
 import numpy as np
 
 from raymaps.jit import allocating_kernel, kernel
-from raymaps.kernels.at_surface import incidence_cosine, refract, refraction_cosine
-from raymaps.kernels.mirror import reflect
+from raymaps.kernels.at_surface import incidence_cosine, reflect, refract, refraction_cosine
 from raymaps.kernels.outcome import draw_among
 from raymaps.kernels.random import ON_SURFACE, uniforms
 from raymaps.kernels.transport import PENDING
@@ -56,9 +55,8 @@ def run(active, wave, tables, data, key, depth):
         if wave.state[i] != PENDING or tables.surface_kind[surface] != _HERE:
             continue
         plane = tables.plane[wave.hit[i]]
-        side = wave.near_side[i]
         n_i, n_t = wave.n_near[i], wave.n_far[i]
-        from_back = 1 if side < 0 else 0
+        from_back = 1 if wave.near_side[i] < 0 else 0
         row = data.row[surface, from_back, wave.medium[i], wave.beyond[i]]
         if row < 0:  # the ray is lost among overlapping bodies
             wave.state[i] = _NUMERICAL
@@ -85,7 +83,6 @@ def run(active, wave, tables, data, key, depth):
         elif outcome == 0:
             reflect(wave, i, plane)
             wave.state[i] = _REFLECTION
-            wave.side[i] = side
         else:
             refract(wave, i, plane, cos_i, cos_t)
             wave.state[i] = _REFRACTION
