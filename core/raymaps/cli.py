@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from raymaps.errors import Interrupted, RayMapsError
-from raymaps.units import format_bytes, format_duration, format_flux, format_quantity
+from raymaps.units import format_bytes, format_duration, format_quantity, format_with_error
 
 if TYPE_CHECKING:
     from raymaps.run import Progress
@@ -288,7 +288,7 @@ def query(
         _print_json(found.to_dict())
         return
     if found.flux_w is not None and found.flux_stderr_w is not None:
-        _say(f"{found.rays} of {found.scanned} rays match: {format_flux(found.flux_w, found.flux_stderr_w)}")
+        _say(f"{found.rays} of {found.scanned} rays match: {format_with_error(found.flux_w, found.flux_stderr_w)}")
     else:
         _say(f"{found.rays} of the first {found.scanned} rays match; without --limit all are counted and the flux told")
     if found.rays:

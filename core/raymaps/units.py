@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 
-__all__ = ["format_bytes", "format_duration", "format_flux", "format_quantity"]
+__all__ = ["format_bytes", "format_duration", "format_quantity", "format_with_error", "prefix_of"]
 
 _PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"))
 
@@ -14,29 +14,31 @@ def format_quantity(value: float, unit: str, digits: int = 4) -> str:
     """A value with an SI prefix for people: ``format_quantity(0.00123, 'W')`` is ``'1.23 mW'``."""
     if value == 0 or not math.isfinite(value):
         return f"{value:g} {unit}"
-    factor, prefix = _prefix(value)
+    factor, prefix = prefix_of(value)
     text = f"{value / factor:.{digits}g}"
     if "e" in text and abs(float(text)) >= 1000:  # 999,999 B to three digits is 1 MB
-        factor, prefix = _prefix(float(text) * factor)
+        factor, prefix = prefix_of(float(text) * factor)
         text = f"{value / factor:.{digits}g}"
     return f"{float(text):.0f} {prefix}{unit}" if "e" in text else f"{text} {prefix}{unit}"
 
 
-def _prefix(value: float) -> tuple[float, str]:
-    """The largest SI prefix that leaves at least 1 of a value."""
+def prefix_of(value: float) -> tuple[float, str]:
+    """Factor and letter of the largest SI prefix that leaves at least 1 of a value; 1 and "" for 0 and what is not finite."""
+    if value == 0 or not math.isfinite(value):
+        return 1.0, ""
     return next((pair for pair in _PREFIXES if abs(value) >= pair[0] * 0.9999999), _PREFIXES[-1])
 
 
-def format_flux(flux_w: float, stderr_w: float, unit: str = "W") -> str:
-    """A flux with its standard error for people, rounded alike: ``12.34 ± 0.14 mW``; of another quantity its unit."""
-    is_known = stderr_w > 0 and math.isfinite(stderr_w)
-    largest = max(abs(flux_w), abs(stderr_w)) if is_known else abs(flux_w)
-    factor, prefix = _prefix(largest) if largest > 0 else (1.0, "")
-    flux, stderr = flux_w / factor, stderr_w / factor
+def format_with_error(value: float, stderr: float, unit: str = "W") -> str:
+    """A value with its standard error for people, rounded alike: ``12.34 ± 0.14 mW``."""
+    is_known = stderr > 0 and math.isfinite(stderr)
+    largest = max(abs(value), abs(stderr)) if is_known else abs(value)
+    factor, prefix = prefix_of(largest)
+    value, stderr = value / factor, stderr / factor
     if not is_known:
-        return f"{flux:.6g} ± {stderr:g} {prefix}{unit}"
+        return f"{value:.6g} ± {stderr:g} {prefix}{unit}"
     decimals = max(0, 1 - math.floor(math.log10(stderr)))
-    return f"{flux:.{decimals}f} ± {stderr:.{decimals}f} {prefix}{unit}"
+    return f"{value:.{decimals}f} ± {stderr:.{decimals}f} {prefix}{unit}"
 
 
 def format_bytes(n_bytes: int) -> str:

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from raymaps.units import format_bytes, format_duration, format_flux, format_quantity
+from raymaps.units import format_bytes, format_duration, format_quantity, format_with_error
 
 
 @pytest.mark.parametrize(
@@ -45,7 +45,7 @@ def test_digits():
     ],
 )
 def test_flux_and_its_error_have_one_unit_and_are_rounded_alike(flux_w, stderr_w, text):
-    assert format_flux(flux_w, stderr_w) == text
+    assert format_with_error(flux_w, stderr_w) == text
 
 
 @pytest.mark.parametrize("value", [1.37e-4, 0.137, 137.0, 99.9e3, 0.0995])

@@ -33,7 +33,7 @@ from raymaps.results.figures import (
 )
 from raymaps.results.regions import cell_areas_mm2, cell_centres_mm, cell_edges_mm
 from raymaps.scene import FaceDetector, FarFieldDetector, RectangleDetector
-from raymaps.units import format_flux
+from raymaps.units import format_with_error
 
 if TYPE_CHECKING:
     from raymaps.results.face_detector import FaceMap
@@ -214,8 +214,8 @@ def _over(values: Float, areas_mm2: Float) -> Float:
 
 def with_lumens(figure: Statistic, unit: str, per: str, other: Statistic | None, other_unit: str) -> str:
     """A radiometric figure for people, and behind it the photometric one if there is one."""
-    text = f"{format_flux(figure.value, figure.stderr, unit)}{per}"
-    return text if other is None else f"{text}, {format_flux(other.value, other.stderr, other_unit)}"
+    text = f"{format_with_error(figure.value, figure.stderr, unit)}{per}"
+    return text if other is None else f"{text}, {format_with_error(other.value, other.stderr, other_unit)}"
 
 
 def without_rows(without: tuple[str, ...]) -> list[tuple[str, str]]:

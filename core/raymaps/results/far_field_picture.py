@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from raymaps.errors import MissingPackageError, shortened
 from raymaps.results.beam import plane_profile
 from raymaps.results.far_field import BEAM_LEVELS, FarFieldMap
-from raymaps.results.picture_parts import INK, LOOK, PALE, colour_bar, false_colour_scale, prefix, with_error
+from raymaps.results.picture_parts import INK, LOOK, PALE, colour_bar, false_colour_scale, with_error
+from raymaps.units import prefix_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -86,7 +87,7 @@ def _draw_polar(figure: Figure, intensity: Float, unit: str, reach: float, step:
         axes.set_thetamax(reach)
     lines = np.arange(-reach, reach + 1e-9, step) if reach < 180 else np.arange(-150.0, 180.1, step)
     axes.set_thetagrids(lines % 360 if reach == 180 else lines, [f"{abs(line):g}°" for line in lines])
-    scale, letter = prefix(largest)
+    scale, letter = prefix_of(largest)
     rings = _rings(largest / scale)
     axes.set_ylim(0, rings[-1] * scale if len(rings) else 1.0)
     words = [f"{ring:g}" for ring in rings]

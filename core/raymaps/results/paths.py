@@ -18,7 +18,7 @@ from raymaps.criterion import Criterion, Everything, bind, estimate_flux, format
 from raymaps.kinds import IN_MEDIUM, OFF_SURFACE, EventKind
 from raymaps.names import Names
 from raymaps.store.signatures import NONE, SignatureTable
-from raymaps.units import format_flux
+from raymaps.units import format_with_error
 
 if TYPE_CHECKING:
     from raymaps.store import RayMap
@@ -93,7 +93,7 @@ class PathTable:
         where = f" where {self.criterion}" if self.criterion is not None else ""
         lines = [f"{self.n_paths} distinct paths of {self.rays} rays{where}"]
         for path in self.paths:
-            flux = format_flux(path.flux_w, path.flux_stderr_w)
+            flux = format_with_error(path.flux_w, path.flux_stderr_w)
             lines.append(f"{path.rays:>10} rays  {flux:<24} {path.signature}")
         if self.n_paths > len(self.paths):
             lines.append(f"and {self.n_paths - len(self.paths)} more with less flux")

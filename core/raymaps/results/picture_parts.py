@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,11 +10,12 @@ from numpy.typing import NDArray
 
 from raymaps.results.colours import FALSE_COLOURS
 from raymaps.results.figures import Statistic
+from raymaps.units import format_with_error, prefix_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["FRAME", "INK", "LOOK", "PALE", "colour_bar", "false_colour_scale", "prefix", "with_error"]
+__all__ = ["FRAME", "INK", "LOOK", "PALE", "colour_bar", "false_colour_scale", "with_error"]
 
 INK, PALE, FRAME = "#30343b", "#6b7280", "#9aa0a8"
 #: Settings of matplotlib.
@@ -47,7 +47,7 @@ def colour_bar(figure: Figure, drawn: Any, place: tuple[float, float, float, flo
     """A bar of the colours of something drawn; ``label`` says of what, the unit gets an SI prefix."""
     from matplotlib.ticker import FuncFormatter
 
-    scale, letter = prefix(float(drawn.norm.vmax))
+    scale, letter = prefix_of(float(drawn.norm.vmax))
     logarithmic = drawn.norm.vmin > 0
     bar = figure.colorbar(
         drawn, cax=figure.add_axes(place), format=FuncFormatter(lambda value, _: f"{value / scale:.4g}")
@@ -60,15 +60,4 @@ def colour_bar(figure: Figure, drawn: Any, place: tuple[float, float, float, flo
 
 def with_error(figure: Statistic, unit: str) -> str:
     """A figure and its error in the same unit, the error with two digits: ``27.15 ± 0.16 mW``."""
-    scale, letter = prefix(max(abs(figure.value), figure.stderr))
-    error = figure.stderr / scale
-    decimals = max(0, 1 - math.floor(math.log10(error))) if error > 0 else 3
-    return f"{figure.value / scale:.{decimals}f} ± {error:.{decimals}f} {letter}{unit}"
-
-
-def prefix(largest: float) -> tuple[float, str]:
-    """Scale and letter of the SI prefix that suits a value."""
-    for scale, letter in ((1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n")):
-        if largest >= scale:
-            return scale, letter
-    return (1e-12, "p") if largest > 0 else (1.0, "")
+    return format_with_error(figure.value, figure.stderr, unit)

@@ -7,7 +7,7 @@ import csv
 import io
 
 from raymaps.results.report import DetectorCrossing, RayEvent, RayHistory, Report
-from raymaps.units import format_flux, format_quantity
+from raymaps.units import format_quantity, format_with_error
 
 __all__ = ["format_crossing", "report_to_csv", "report_to_text", "summary_lines", "wavelength_words"]
 
@@ -23,7 +23,7 @@ def summary_lines(report: Report) -> list[tuple[str, str]]:
         ("matching", f"{found.rays} of {found.scanned} rays, told here: {told}"),
     ]
     if found.flux_w is not None and found.flux_stderr_w is not None:
-        lines.append(("flux", format_flux(found.flux_w, found.flux_stderr_w)))
+        lines.append(("flux", format_with_error(found.flux_w, found.flux_stderr_w)))
     if report.without:
         lines.append(("without", f"{', '.join(report.without)} (switched off)"))
     return lines
