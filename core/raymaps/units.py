@@ -23,7 +23,7 @@ def format_quantity(value: float, unit: str, digits: int = 4) -> str:
 
 
 def prefix_of(value: float) -> tuple[float, str]:
-    """Factor and letter of the largest SI prefix that leaves at least 1 of a value; 1 and "" for 0 and what is not finite."""
+    """Factor and letter of the largest SI prefix that leaves at least 1 of a value; none for 0, NaN and infinity."""
     if value == 0 or not math.isfinite(value):
         return 1.0, ""
     return next((pair for pair in _PREFIXES if abs(value) >= pair[0] * 0.9999999), _PREFIXES[-1])
