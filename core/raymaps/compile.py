@@ -151,8 +151,11 @@ def compile_scene(scene: Scene) -> CompiledScene:
     frame, box = _frame(scene, meshes, ray_sets)
     bands = spectral_bands(acting) if "spectral" in effects else RGB_BANDS
     outside = _media_outside(acting, meshes, names)
+    _check_metals(acting, names, outside)
     tables = _tables(acting, meshes, names, frame, box, outside, tuple(media.values()))
     source_media = tuple(_medium_of_source(acting, name, meshes, names, outside, ray_sets) for name in scene.sources)
+    for source, medium in zip(names.sources, source_media, strict=True):
+        _check_is_clear(f"Source '{source}' shines into the medium", names.media[medium], media)
     lowering = Lowering(acting, names, bands, tuple(media.values()), frame)
     data = {effect.name: effect.lower(lowering) for effect in EFFECTS if effect.name in effects}
     source_light = np.array([bands.light_of(source, f"Source '{name}'") for name, source in scene.sources.items()])
@@ -198,21 +201,35 @@ def _check_interfaces(scene: Scene) -> None:
                 f"Surface '{surface}' of {where} is an interface between two media but the body has no medium: give it "
                 "one."
             )
-    for name, body in scene.bodies.items():
+
+
+def _check_is_clear(where: str, name: str, media: dict[str, Medium]) -> None:
+    """No light can travel in a metal."""
+    if media[name].is_conductor:
+        raise SceneError(f"{where} '{name}', a metal, in which no light can travel: choose another place or medium.")
+
+
+def _check_metals(scene: Scene, names: Names, outside: tuple[int, ...]) -> None:
+    """Metals fill bodies, not the space around, and no light is scattered into them."""
+    media = _media(scene)
+    _check_is_clear("The ambient medium is", names.media[_ambient_index(scene, names)], media)
+    for (name, body), around in zip(scene.bodies.items(), outside, strict=True):
         if body.medium is not None and scene.media[body.medium].is_conductor:
-            _check_metal(scene, name, (body.surface, *body.face_surfaces.values()))
+            _check_metal(scene, name, "is of metal")
+        elif body.medium is not None and media[names.media[around]].is_conductor:
+            _check_metal(scene, name, "stands in metal")
 
 
-def _check_metal(scene: Scene, body: str, surfaces: tuple[str, ...]) -> None:
-    """No light can be scattered into a metal."""
-    for surface in surfaces:
+def _check_metal(scene: Scene, body: str, is_of_metal: str) -> None:
+    """Surfaces of a body that scatter by Lambert's law transmit nothing."""
+    for surface in (scene.bodies[body].surface, *scene.bodies[body].face_surfaces.values()):
         prop = scene.surfaces[surface]
         parts = [part.surface for part in prop.parts] if isinstance(prop, Mixture) else [surface]
         for part in parts:
             scattering = scene.surfaces[part]
             if isinstance(scattering, Lambertian) and any(_numbers(scattering.transmittance)):
                 raise SceneError(
-                    f"Surface '{part}' of body '{body}' transmits light, but the body is of metal: set its "
+                    f"Surface '{part}' of body '{body}' transmits light, but the body {is_of_metal}: set its "
                     "transmittance to 0, or give the body no medium."
                 )
 

@@ -245,6 +245,45 @@ def test_a_fresnel_interface_needs_a_medium(tmp_path, where):
     compile_scene(scene_with(tmp_path, {"A": with_medium}, surfaces=surfaces))
 
 
+METAL = {"gold": {"refractive_index": 0.2, "extinction": 3.0}, "glass": {"refractive_index": 1.5}}
+OPEN = {
+    "polished": {"kind": "fresnel"},
+    "milky": {"kind": "lambertian", "reflectance": 0.5, "transmittance": 0.4},
+    "grey": {"kind": "absorber"},
+}
+
+
+def test_no_metal_fills_the_space_around(tmp_path):
+    bodies = {"A": (box("a", (0, 0, 0), 2), "glass", "polished")}
+    assert "ambient medium is 'gold', a metal" in refused(
+        scene_with(tmp_path, bodies, media=METAL, surfaces=OPEN, ambient="gold")
+    )
+
+
+@pytest.mark.parametrize("kind", ["point", "faces"])
+def test_no_source_shines_into_a_metal(tmp_path, kind):
+    """From a place inside it, or from the faces of a body that stands in it."""
+    source = {"kind": "point", "flux_w": 1, "position_mm": [0.9, 0, 0]}
+    if kind == "faces":
+        source = {"kind": "faces", "flux_w": 1, "body": "B"}
+    bodies = {
+        "A": (box("a", (0, 0, 0), 4), "gold", "polished"), "B": (box("b", (0, 0, 0), 0.5), "glass", "polished")
+    }  # fmt: skip
+    words = refused(scene_with(tmp_path, bodies, {"P": source}, media=METAL, surfaces=OPEN))
+    assert "Source 'P'" in words
+    assert "'gold', a metal" in words
+
+
+@pytest.mark.parametrize("media", [("gold", "glass"), ("glass", "gold")])
+def test_nothing_is_scattered_into_a_metal(tmp_path, media):
+    """From either side of its surface: the body is of metal, or stands in one."""
+    bodies = {
+        "A": (box("a", (0, 0, 0), 4), media[0], "polished"), "B": (box("b", (0, 0, 0), 1), media[1], "milky")
+    }  # fmt: skip
+    words = refused(scene_with(tmp_path, bodies, media=METAL, surfaces=OPEN))
+    assert "Surface 'milky' of body 'B' transmits light" in words
+
+
 @pytest.mark.parametrize("coordinate", [1e150, -1e200])
 def test_a_scene_of_absurd_size(tmp_path, coordinate):
     source = {"P": {"kind": "point", "flux_w": 1, "position_mm": [coordinate, 0, 0]}}
