@@ -19,6 +19,7 @@ Physique 12 no. 5 (1950); H. A. Macleod: Thin-Film Optical Filters, 4th ed. (201
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -44,6 +45,8 @@ TOLERANCE, _ON_AVERAGE = 2e-4, 1e-3
 _VACUUM = "vacuum"
 #: Fewest and most steps of a table.
 _FEWEST, _MOST = 64, 8192
+#: Places times wavelengths that are worked on at once, so that memory stays small.
+_AT_ONCE = 2**18
 #: Phase that a layer may turn within a band for each wavelength that is averaged, and most wavelengths a band.
 _PHASE_RAD, _MOST_WAVELENGTHS = 1.0, 64
 
@@ -150,6 +153,10 @@ class _Sampling(NamedTuple):
         layers, thickness_nm = self.layers[order], self.thickness_nm[order]
 
         def shares(places: Float, beyond: bool) -> Float:
+            parts = np.array_split(places, math.ceil(len(places) * len(self.band) / _AT_ONCE))
+            return np.concatenate([shares_of_few(part, beyond) for part in parts])
+
+        def shares_of_few(places: Float, beyond: bool) -> Float:
             sine = sines_of(places[:, None], n_i, None if is_opaque else n_t.real, beyond)
             reflected, transmitted = stack_shares(sine, n_i, layers, thickness_nm, n_t, self.wavelength_nm)
             both = np.stack([reflected, np.zeros_like(reflected) if is_opaque else transmitted], axis=1)
