@@ -169,6 +169,7 @@ def draw_luminaire(folder: Path) -> Figure:
     right.tick_params(axis="y", labelcolor="white")
     figure.colorbar(image, ax=right, label="cd", shrink=0.75, pad=0.1)
     left.set_theta_zero_location("S")
+    left.set_rlabel_position(150)
     left.set(yticks=[50, 100], yticklabels=["50", "100"])
     left.set_thetagrids(range(0, 360, 30), [f"{min(a, 360 - a)}°" for a in range(0, 360, 30)])
     return figure

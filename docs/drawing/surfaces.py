@@ -50,7 +50,7 @@ _KINDS: tuple[tuple[str, str, str | None, dict[str, Any]], ...] = (
 
 def draw_surfaces(folder: Path) -> Figure:
     """A beam on each kind of surface."""
-    figure = size(9.6, 8.0)
+    figure = size(9.6, 8.5)
     for number, (axes, (kind, words, medium, fields)) in enumerate(
         zip(figure.subplots(3, 4).flat, _KINDS, strict=True)
     ):
