@@ -68,11 +68,11 @@ DAMAGE = {
     "overflow": ("400,1e400\n", "line 1: '1e400' is not a finite number"),
     "out of order": (
         "400,1\n600,1\n500,1\n",
-        "line 3: wavelengths must climb from line to line, but 500 nm follows 600",
+        "line 3: wavelengths must climb from line to line, but 500 nm follow 600",
     ),
     "wavelength twice": (
         "400,1\n\n400,0.5\n",
-        "line 3: wavelengths must climb from line to line, but 400 nm follows 400",
+        "line 3: wavelengths must climb from line to line, but 400 nm follow 400",
     ),
 }
 

@@ -21,7 +21,6 @@ appendix X3; ASTM E2387-05(2011), Standard Practice for Goniometric Optical Scat
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,9 +29,8 @@ from numpy.typing import NDArray
 from raymaps.errors import FormatError
 from raymaps.formats.bsdf_csv import value_columns
 from raymaps.formats.bsdf_points import Points, lobe_of_points
-from raymaps.formats.text import read_text
 
-__all__ = ["is_astm", "parse_astm", "read_astm"]
+__all__ = ["is_astm", "parse_astm"]
 
 Float = NDArray[np.float64]
 
@@ -44,11 +42,6 @@ _NM = {"nm": 1.0, "nanometer": 1.0, "nanometers": 1.0, "um": 1e3, "Âµm": 1e3, "Î
 def is_astm(text: str) -> bool:
     """Whether a text looks like this format."""
     return bool(re.search(r"^\s*(VARS|NUM_POINTS)\b", text, re.M | re.I))
-
-
-def read_astm(path: Path) -> dict[str, Any]:
-    """Read a BSDF as the data of a `raymaps.materials.BsdfTable`; raises `FormatError`."""
-    return parse_astm(read_text(path), str(path))
 
 
 def parse_astm(text: str, path: str) -> dict[str, Any]:

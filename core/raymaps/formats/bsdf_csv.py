@@ -33,16 +33,14 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from raymaps.errors import FormatError
 from raymaps.formats.bsdf_points import Points, lobe_of_points
-from raymaps.formats.text import read_text
 
-__all__ = ["is_bsdf_csv", "parse_bsdf_csv", "read_bsdf_csv", "value_columns"]
+__all__ = ["is_bsdf_csv", "parse_bsdf_csv", "value_columns"]
 
 _ANGLES = ("theta_i", "phi_i", "theta_s", "phi_s")
 _SIDES = ("front", "back")
@@ -67,11 +65,6 @@ def is_bsdf_csv(text: str) -> bool:
     return bool(re.search(r"^\s*\"?#\s*raymaps-bsdf\b", text, re.M)) or bool(
         re.search(r"^\s*\"?theta_i\"?\s*[,;\t]", text, re.M | re.I)
     )
-
-
-def read_bsdf_csv(path: Path) -> dict[str, Any]:
-    """Read a BSDF as the data of a `raymaps.materials.BsdfTable`; raises `FormatError`."""
-    return parse_bsdf_csv(read_text(path), str(path))
 
 
 def parse_bsdf_csv(text: str, path: str) -> dict[str, Any]:

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.errors import FormatError
-from raymaps.formats.text import read_text, split_lines
+from raymaps.formats.text import split_lines
 
-__all__ = ["is_eulumdat", "parse_eulumdat", "read_eulumdat"]
+__all__ = ["is_eulumdat", "parse_eulumdat"]
 
 #: More cd/klm than any luminaire has: a beam of a hundredth of a degree.
 MOST_CANDELA_PER_KLM = 1e11
@@ -29,11 +29,6 @@ def is_eulumdat(text: str) -> bool:
     """Whether a text looks like an LDT file: whole numbers where its kind and its counts stand."""
     lines = split_lines(text)
     return len(lines) > _HEAD and all(lines[i].strip().isdigit() for i in (1, 2, 3, 5))
-
-
-def read_eulumdat(path: Path) -> dict[str, Any]:
-    """Read an LDT file as the data of a `raymaps.scene.IntensityTable`; raises `FormatError`."""
-    return parse_eulumdat(read_text(path), path)
 
 
 def parse_eulumdat(text: str, path: Path) -> dict[str, Any]:

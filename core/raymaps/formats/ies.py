@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.errors import FormatError
-from raymaps.formats.text import read_text, split_lines
+from raymaps.formats.text import split_lines
 
-__all__ = ["is_ies", "parse_ies", "read_ies"]
+__all__ = ["is_ies", "parse_ies"]
 
 #: More values than any measurement has, and more candela than any lamp.
 MOST_VALUES, MOST_CANDELA = 4_000_000, 1e11
@@ -36,11 +36,6 @@ _WITH_LAMP_FACTOR = ("IESNA86", "IESNA91", "IESNA:LM-63-1986", "IESNA:LM-63-1991
 def is_ies(text: str) -> bool:
     """Whether a text is meant as an LM-63 file."""
     return text.lstrip()[:4].upper().startswith(("IESN", "IES:")) or any(map(_TILT.match, split_lines(text)))
-
-
-def read_ies(path: Path) -> dict[str, Any]:
-    """Read an LM-63 file as the data of a `raymaps.scene.IntensityTable`; raises `FormatError`."""
-    return parse_ies(read_text(path), path)
 
 
 def parse_ies(text: str, path: Path) -> dict[str, Any]:

@@ -18,16 +18,14 @@ from __future__ import annotations
 import re
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.errors import FormatError
-from raymaps.formats.text import read_text
 
-__all__ = ["KLEMS_BASES", "AngleBasis", "is_klems", "parse_klems", "read_klems"]
+__all__ = ["KLEMS_BASES", "AngleBasis", "is_klems", "parse_klems"]
 
 Float = NDArray[np.float64]
 
@@ -82,24 +80,21 @@ def is_klems(text: str) -> bool:
     return text.lstrip().startswith("<")
 
 
-def read_klems(path: Path, spectrum: str = "visible") -> dict[str, Any]:
-    """Read a BSDF as the data of a `raymaps.materials.BsdfTable`.
+def parse_klems(text: str, path: str, spectrum: str = "visible") -> dict[str, Any]:
+    """The data of a `raymaps.materials.BsdfTable`.
 
     Parameters
     ----------
+    path : str
+        What the text is called in errors.
     spectrum : "visible" or "solar"
         Which integral to take; data at single wavelengths come before both.
 
     Raises
     ------
     FormatError
-        If the file is not such a file, is damaged, or holds no such spectrum.
+        If the text is not of such a file, is damaged, or holds no such spectrum.
     """
-    return parse_klems(read_text(path), str(path), spectrum)
-
-
-def parse_klems(text: str, path: str, spectrum: str = "visible") -> dict[str, Any]:
-    """The data of a `raymaps.materials.BsdfTable`; ``path`` is what the text is called in errors."""
     where = f"Klems file '{path}'"
     layer = _layer(text, where)
     rows = _word(layer, "DataDefinition/IncidentDataStructure", where)

@@ -15,7 +15,7 @@ import numpy as np
 from raymaps.jit import kernel
 from raymaps.kinds import EventKind
 
-__all__ = ["MISSED", "PENDING", "REJECTED", "START_OFFSET", "arrive", "close_to", "height_above", "locate", "start"]
+__all__ = ["PENDING", "REJECTED", "START_OFFSET", "arrive", "close_to", "height_above", "locate", "start"]
 
 #: In frame units; float32 keeps coordinates below 1 to 2^-25, and as many again for a triangle's corners.
 START_OFFSET = 2.0**-21
@@ -23,7 +23,7 @@ START_OFFSET = 2.0**-21
 GRAZING_COSINE = 1e-5
 
 #: States of a ray between two events, beside the kinds of events themselves.
-PENDING, MISSED, REJECTED = 255, 254, 253
+PENDING, REJECTED = 255, 254
 
 _LEFT = int(EventKind.LEFT)
 _NUMERICAL = int(EventKind.KILLED_NUMERICAL)
