@@ -15,7 +15,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from raymaps.effects.conductor import metals
 from raymaps.effects.lowering import Lowering
 from raymaps.effects.usage import faces_of_kind
 from raymaps.materials import AbgScatter
@@ -43,7 +42,7 @@ class Data(NamedTuple):
     scattered: NDArray[np.float64]  # TIS there
     ring_edge: NDArray[np.float64]  # (n_rows, n_rings + 1)
     ring_share: NDArray[np.float64]  # (n_rows, n_rings)
-    is_opaque: NDArray[np.bool_]  # (n_media,)
+    is_conductor: NDArray[np.bool_]  # (n_media,)
 
 
 def needed_by(scene: Scene) -> tuple[str, ...]:
@@ -74,7 +73,7 @@ def lower(lowering: Lowering) -> Data:
         ),
         edges,
         np.array([ring_shares(e, p.b, p.g) for e, p in zip(edges, props, strict=True)]).reshape(-1, N_RINGS),
-        metals(lowering),
+        lowering.is_conductor,
     )
 
 

@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.bands import Bands
-from raymaps.effects.conductor import metals
 from raymaps.effects.lowering import Lowering
 from raymaps.effects.usage import faces_of_kind
 from raymaps.materials import BsdfTable, SpectrumTable, TabulatedBsdf
@@ -57,17 +56,17 @@ class Data(NamedTuple):
     cumulated: Float  # (n_values, n_bands or 1) share of light that its cells up to this one take on
     border_start: NDArray[np.int64]  # (n_directions,) where the borders of its outgoing cells start
     border: Float  # (n_borders, 4) lower and upper sin² of the polar angle, lower and upper azimuth
-    is_opaque: NDArray[np.bool_]  # (n_media,) metals, which light can't go into
+    is_conductor: NDArray[np.bool_]  # (n_media,) metals, which light can't go into
 
 
 def lower(lowering: Lowering) -> Data:
     """All tables of a scene as arrays."""
     tables = {name: prop.data for name, prop in lowering.scene.surfaces.items() if isinstance(prop, TabulatedBsdf)}
-    return lower_tables(tables, lowering.names.surfaces, lowering.bands, metals(lowering))
+    return lower_tables(tables, lowering.names.surfaces, lowering.bands, lowering.is_conductor)
 
 
 def lower_tables(
-    tables: dict[str, BsdfTable], surfaces: tuple[str, ...], bands: Bands, is_opaque: NDArray[np.bool_]
+    tables: dict[str, BsdfTable], surfaces: tuple[str, ...], bands: Bands, is_conductor: NDArray[np.bool_]
 ) -> Data:
     """Tables by the names of their surfaces as arrays.
 
@@ -91,7 +90,7 @@ def lower_tables(
             if id(one) not in placed:
                 placed[id(one)] = rows.add(one, _over_bands(table, one, bands, f"Surface '{name}', data"), by_band)
             lobe[surface, side, way] = placed[id(one)]
-    return rows.data(lobe, x_axis, is_opaque, bands.n, bands.n if by_band else 1)
+    return rows.data(lobe, x_axis, is_conductor, bands.n, bands.n if by_band else 1)
 
 
 def _over_bands(table: BsdfTable, lobe: BsdfLobe, bands: Bands, where: str) -> Float:
@@ -154,7 +153,7 @@ class _Rows:
         return len(self.is_cells) - 1
 
     def data(
-        self, lobe: NDArray[np.int32], x_axis: Float, is_opaque: NDArray[np.bool_], n_bands: int, n_columns: int
+        self, lobe: NDArray[np.int32], x_axis: Float, is_conductor: NDArray[np.bool_], n_bands: int, n_columns: int
     ) -> Data:
         """All arrays, read-only."""
         data = Data(
@@ -171,7 +170,7 @@ class _Rows:
             np.concatenate([np.zeros((0, n_columns)), *self.cumulated]),
             np.array(self.border_start, np.int64),
             np.concatenate([np.zeros((0, 4)), *self.border]),
-            is_opaque,
+            is_conductor,
         )
         for array in data:
             array.setflags(write=False)

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.bands import Bands
-from raymaps.effects.conductor import metals
 from raymaps.effects.lowering import Lowering
 from raymaps.effects.usage import faces_of_kind
 from raymaps.materials import AngularTable, Coefficients
@@ -32,7 +31,7 @@ class Data(NamedTuple):
     start: NDArray[np.int32]  # (n_surfaces + 1,) a surface's part of the next two; empty for other kinds
     angle_rad: NDArray[np.float64]  # angles of incidence, ascending for each surface
     share: NDArray[np.float64]  # (n_angles of all, 4 shares, n_bands)
-    is_opaque: NDArray[np.bool_]  # (n_media,)
+    is_conductor: NDArray[np.bool_]  # (n_media,)
 
 
 def needed_by(scene: Scene) -> tuple[str, ...]:
@@ -49,7 +48,7 @@ def lower(lowering: Lowering) -> Data:
             angles.append(np.radians(angle_deg))
             shares.append(share)
         start.append(sum(map(len, angles)))
-    return Data(np.array(start, np.int32), np.concatenate(angles), np.concatenate(shares), metals(lowering))
+    return Data(np.array(start, np.int32), np.concatenate(angles), np.concatenate(shares), lowering.is_conductor)
 
 
 def shares_over_angle(prop: Coefficients, bands: Bands, where: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

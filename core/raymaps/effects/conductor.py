@@ -8,15 +8,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from raymaps.bands import Bands
-from raymaps.effects.lowering import Lowering
-from raymaps.effects.usage import used_media
-from raymaps.errors import SceneError
-from raymaps.materials import Medium, Mixture
+from raymaps.effects.lowering import Lowering, index_in_bands
+from raymaps.effects.usage import surfaces_of
+from raymaps.materials import Mixture
 from raymaps.scene import Scene
-from raymaps.scene.bodies import Body
 
-__all__ = ["Data", "clear_metals", "index_in_bands", "lower", "metal_reflectance", "metals", "needed_by"]
+__all__ = ["Data", "clear_metals", "lower", "metal_reflectance", "needed_by"]
 
 
 class Data(NamedTuple):
@@ -32,7 +29,7 @@ def needed_by(scene: Scene) -> tuple[str, ...]:
     metal = {name: b.medium for name, b in scene.bodies.items() if b.medium and scene.media[b.medium].is_conductor}
     reasons = []
     for name, body in scene.bodies.items():
-        polished = [surface for surface in _surfaces_of(body) if _is_smooth_interface(scene, surface)]
+        polished = [surface for surface in surfaces_of(body) if _is_smooth_interface(scene, surface)]
         if not polished or not metal:
             continue
         if name in metal:
@@ -44,13 +41,6 @@ def needed_by(scene: Scene) -> tuple[str, ...]:
     return tuple(reasons)
 
 
-def _surfaces_of(body: Body) -> tuple[str, ...]:
-    """Surface properties that some face of a body has."""
-    faces = body.geometry.faces
-    overridden = faces is not None and all(face.name in body.face_surfaces for face in faces)
-    return tuple(dict.fromkeys([*([] if overridden else [body.surface]), *body.face_surfaces.values()]))
-
-
 def _is_smooth_interface(scene: Scene, surface: str) -> bool:
     prop = scene.surfaces[surface]
     if isinstance(prop, Mixture):
@@ -60,7 +50,7 @@ def _is_smooth_interface(scene: Scene, surface: str) -> bool:
 
 def lower(lowering: Lowering) -> Data:
     """The complex index of each metal by band."""
-    is_conductor = metals(lowering)
+    is_conductor = lowering.is_conductor
     shape = len(is_conductor), lowering.bands.n
     n, k = np.ones(shape), np.zeros(shape)
     for index in np.flatnonzero(is_conductor):
@@ -68,35 +58,6 @@ def lower(lowering: Lowering) -> Data:
         n[index] = index_in_bands(name, medium, lowering.bands)
         k[index] = lowering.bands.average(medium.extinction, f"Medium '{name}', extinction")
     return Data(is_conductor, n, k)
-
-
-def metals(lowering: Lowering) -> NDArray[np.bool_]:
-    """Which media are metals that a body is of, (n_media,): light can't go into them."""
-    used = used_media(lowering.scene)
-    pairs = zip(lowering.names.media, lowering.media, strict=True)
-    return np.array([medium.is_conductor and name in used for name, medium in pairs], bool)
-
-
-def index_in_bands(
-    name: str, medium: Medium, bands: Bands, wavelength_nm: ArrayLike | None = None
-) -> NDArray[np.float64]:
-    """Refractive index of a medium in the middle of each band, or at wavelengths.
-
-    Raises
-    ------
-    SceneError
-        If the medium's data do not reach there.
-    """
-    at = np.asarray(bands.center_nm if wavelength_nm is None else wavelength_nm, np.float64)
-    if not isinstance(medium.refractive_index, float | int):
-        first, last = medium.refractive_index.range_nm
-        if at.min() < first - 1e-9 or at.max() > last + 1e-9:
-            raise SceneError(
-                f"Medium '{name}': its refractive index is known from {first:g} to {last:g} nm, but light from "
-                f"{at.min():g} to {at.max():g} nm is simulated: narrow settings.spectrum, or give the medium data that "
-                "reach further."
-            )
-    return medium.index_at(at)
 
 
 def clear_metals(scene: Scene) -> Scene:

@@ -15,7 +15,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from raymaps.effects.conductor import metals
 from raymaps.effects.lowering import Lowering
 from raymaps.effects.usage import faces_of_kind
 from raymaps.materials import GaussianScatter
@@ -31,7 +30,7 @@ class Data(NamedTuple):
     transmittance: NDArray[np.float64]  # (n_surfaces, n_bands)
     scattered_share: NDArray[np.float64]  # (n_surfaces,)
     sigma: NDArray[np.float64]  # (n_surfaces,)
-    is_opaque: NDArray[np.bool_]  # (n_media,)
+    is_conductor: NDArray[np.bool_]  # (n_media,)
 
 
 def needed_by(scene: Scene) -> tuple[str, ...]:
@@ -47,7 +46,7 @@ def lower(lowering: Lowering) -> Data:
         lowering.by_surface("gaussian", "transmittance"),
         np.array([0.0 if prop is None else prop.scattered_share for prop in props]),
         np.array([1.0 if prop is None else prop.sigma for prop in props]),
-        metals(lowering),
+        lowering.is_conductor,
     )
 
 

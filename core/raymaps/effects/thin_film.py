@@ -26,8 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.bands import Bands
-from raymaps.effects.conductor import index_in_bands, metals
-from raymaps.effects.lowering import Lowering
+from raymaps.effects.lowering import Lowering, index_in_bands
 from raymaps.effects.usage import faces_of_kind
 from raymaps.errors import SceneError
 from raymaps.materials import Medium, Mixture, SpectrumTable, ThinFilm
@@ -56,7 +55,7 @@ class Data(NamedTuple):
 
     row: NDArray[np.int32]  # (n_surfaces, front or back, n_media before, n_media beyond), -1 none
     share: Float  # (n_rows, below or beyond the critical angle, n_places, reflected or transmitted, n_bands)
-    is_opaque: NDArray[np.bool_]  # (n_media,)
+    is_conductor: NDArray[np.bool_]  # (n_media,)
 
 
 def needed_by(scene: Scene) -> tuple[str, ...]:
@@ -68,7 +67,7 @@ def lower(lowering: Lowering) -> Data:
     """Tables of all films between all pairs of media in which they can stand."""
     scene, names = lowering.scene, lowering.names
     n_media = len(names.media)
-    is_opaque = metals(lowering)
+    is_conductor = lowering.is_conductor
     row = np.full((len(names.surfaces), 2, n_media, n_media), -1, np.int32)
     tables: list[Float] = []
     for surface, (name, film) in enumerate(scene.surfaces.items()):
@@ -76,16 +75,16 @@ def lower(lowering: Lowering) -> Data:
             continue
         sampling = _Sampling.of(lowering, film)
         for near, far, from_back in _places(lowering, name):
-            if is_opaque[near]:
+            if is_conductor[near]:
                 continue
             row[surface, from_back, near, far] = len(tables)
             tables.append(
-                sampling.table(f"Surface '{name}'", lowering, near, far, from_back == 1, bool(is_opaque[far]))
+                sampling.table(f"Surface '{name}'", lowering, near, far, from_back == 1, bool(is_conductor[far]))
             )
     most = max((table.shape[1] for table in tables), default=2)
     finest = [_refined(table, most) for table in tables]
     share = np.stack(finest) if finest else np.zeros((0, 2, 2, 2, lowering.bands.n))
-    return Data(row, share, is_opaque)
+    return Data(row, share, is_conductor)
 
 
 def _places(lowering: Lowering, surface: str) -> tuple[tuple[int, int, int], ...]:
@@ -142,12 +141,12 @@ class _Sampling(NamedTuple):
         index = np.array([_complex_index(name, lowering.scene.media[name], bands, at, of_band) for name in media])
         return cls(at, np.concatenate(weight), of_band, index, thickness_nm)
 
-    def table(self, where: str, lowering: Lowering, near: int, far: int, from_back: bool, is_opaque: bool) -> Float:
+    def table(self, where: str, lowering: Lowering, near: int, far: int, from_back: bool, is_conductor: bool) -> Float:
         """Shares that are reflected and transmitted, (below or beyond the critical angle, n_places, 2, n_bands)."""
         names, media, bands = lowering.names.media, lowering.media, lowering.bands
         n_i = index_in_bands(names[near], media[near], bands, self.wavelength_nm)
         n_t: Float | Complex = index_in_bands(names[far], media[far], bands, self.wavelength_nm)
-        if is_opaque:
+        if is_conductor:
             n_t = _complex_index(names[far], media[far], bands, self.wavelength_nm, self.band)
         order = slice(None, None, -1 if from_back else 1)
         layers, thickness_nm = self.layers[order], self.thickness_nm[order]
@@ -157,14 +156,14 @@ class _Sampling(NamedTuple):
             return np.concatenate([shares_of_few(part, beyond) for part in parts])
 
         def shares_of_few(places: Float, beyond: bool) -> Float:
-            sine = sines_of(places[:, None], n_i, None if is_opaque else n_t.real, beyond)
+            sine = sines_of(places[:, None], n_i, None if is_conductor else n_t.real, beyond)
             reflected, transmitted = stack_shares(sine, n_i, layers, thickness_nm, n_t, self.wavelength_nm)
-            both = np.stack([reflected, np.zeros_like(reflected) if is_opaque else transmitted], axis=1)
+            both = np.stack([reflected, np.zeros_like(reflected) if is_conductor else transmitted], axis=1)
             starts = np.searchsorted(self.band, np.arange(bands.n))
             return np.add.reduceat(both * self.weight, starts, axis=2)
 
         # nothing happens beyond the critical angle where there is none, or where no layer absorbs
-        trivial = is_opaque or bool((n_i <= n_t.real).all()) or not layers.imag.any()
+        trivial = is_conductor or bool((n_i <= n_t.real).all()) or not layers.imag.any()
         zones = [True] if trivial else [True, False]
         n_steps = _FEWEST
         places = np.linspace(0, 1, n_steps + 1)

@@ -4,18 +4,27 @@
 from __future__ import annotations
 
 from raymaps.materials import Mixture
-from raymaps.scene import Scene
+from raymaps.scene import Body, Scene
 
-__all__ = ["faces_of_kind", "surfaces_in_use", "used_media", "used_surfaces"]
+__all__ = ["faces_of_kind", "surfaces_in_use", "surfaces_of", "used_media", "used_surfaces"]
+
+
+def _is_overridden(body: Body) -> bool:
+    """Whether each face has a surface property of its own."""
+    faces = body.geometry.faces
+    return faces is not None and all(face.name in body.face_surfaces for face in faces)
+
+
+def surfaces_of(body: Body) -> tuple[str, ...]:
+    """Surface properties that some face of a body has; parts of mixtures not counted."""
+    return tuple(dict.fromkeys([*([] if _is_overridden(body) else [body.surface]), *body.face_surfaces.values()]))
 
 
 def used_surfaces(scene: Scene) -> dict[str, list[str]]:
     """Surface properties that some face has, each with the bodies and faces in words; parts of mixtures not counted."""
     used: dict[str, list[str]] = {}
     for name, body in scene.bodies.items():
-        faces = body.geometry.faces
-        overridden = faces is not None and all(face.name in body.face_surfaces for face in faces)
-        if not overridden:
+        if not _is_overridden(body):
             used.setdefault(body.surface, []).append(f"body '{name}'")
         for face, surface in body.face_surfaces.items():
             used.setdefault(surface, []).append(f"face '{name}.{face}'")

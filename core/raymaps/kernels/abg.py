@@ -44,7 +44,7 @@ def run(active, wave, tables, data, key, depth):
         on_scatter = scattered_share(refracted, data.specular[nodes], data.scattered[nodes])
         for band in range(n_bands):
             back, on = data.reflectance[surface, band], data.transmittance[surface, band]
-            if data.is_opaque[wave.beyond[i]]:
+            if data.is_conductor[wave.beyond[i]]:
                 on = 0.0
             elif cos_t < 0.0:
                 back, on = back + on, 0.0

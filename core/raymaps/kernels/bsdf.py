@@ -219,7 +219,7 @@ def run(active, wave, tables, data, key, depth):
                 _add_shares(data, counts[way], index[way], weight[way], shares[2 * way], shares[2 * way + 1])
         _limit(shares)
         for band in range(n_bands):
-            if data.is_opaque[wave.beyond[i]]:
+            if data.is_conductor[wave.beyond[i]]:
                 shares[2, band] = shares[3, band] = 0.0
             elif cos_t < 0.0:  # total reflection
                 shares[0, band] += shares[2, band]

@@ -73,7 +73,7 @@ def run(active, wave, tables, data, key, depth):
         rows = slice(data.start[surface], data.start[surface + 1])
         shares_at(math.acos(cos_i), data.angle_rad[rows], data.share[rows], shares)
         for band in range(n_bands):
-            if data.is_opaque[wave.beyond[i]]:
+            if data.is_conductor[wave.beyond[i]]:
                 shares[1, band] = shares[3, band] = 0.0
             elif cos_t < 0.0:
                 shares[0, band] += shares[1, band]

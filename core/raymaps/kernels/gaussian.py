@@ -31,7 +31,7 @@ def run(active, wave, tables, data, key, depth):
         scattered = data.scattered_share[surface]
         for band in range(n_bands):
             back, on = data.reflectance[surface, band], data.transmittance[surface, band]
-            if data.is_opaque[wave.beyond[i]]:
+            if data.is_conductor[wave.beyond[i]]:
                 on = 0.0
             elif cos_t < 0.0:
                 back, on = back + on, 0.0

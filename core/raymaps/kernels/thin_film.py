@@ -62,7 +62,7 @@ def run(active, wave, tables, data, key, depth):
             wave.state[i] = _NUMERICAL
             continue
         cos_i = incidence_cosine(wave, i, plane)
-        if data.is_opaque[wave.beyond[i]]:
+        if data.is_conductor[wave.beyond[i]]:
             cos_t = -1.0
             place, zone = cos_i, 0
         else:
