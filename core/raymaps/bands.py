@@ -247,8 +247,14 @@ def _cumulated(nm: Float, value: Float) -> Float:
     return np.concatenate([[0.0], np.cumsum((value[1:] + value[:-1]) / 2 * np.diff(nm))])
 
 
-def spectral_bands(scene: Scene) -> Bands:
+def spectral_bands(scene: Scene, more_lines_nm: Iterable[float] = ()) -> Bands:
     """The bands of a spectral simulation: those of ``settings.spectrum`` in which a source shines, then single lines.
+
+    Parameters
+    ----------
+    scene : Scene
+    more_lines_nm : iterable of float
+        Single wavelengths besides those of the sources' own spectra.
 
     Raises
     ------
@@ -257,9 +263,8 @@ def spectral_bands(scene: Scene) -> Bands:
     """
     settings: SpectralBands = scene.settings.spectrum
     edges = np.linspace(settings.from_nm, settings.to_nm, settings.bands + 1)
-    lines = sorted(
-        {nm for s in scene.sources.values() if isinstance(s.spectrum, SpectralLines) for nm in s.spectrum.wavelength_nm}
-    )
+    own = (s.spectrum.wavelength_nm for s in scene.sources.values() if isinstance(s.spectrum, SpectralLines))
+    lines = sorted({*more_lines_nm, *(nm for wavelengths in own for nm in wavelengths)})
     continuous = {n: s for n, s in scene.sources.items() if not isinstance(s.spectrum, SpectralLines)}
     for name, source in continuous.items():
         if isinstance(source.spectrum, Illuminant):

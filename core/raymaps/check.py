@@ -15,7 +15,7 @@ from raymaps.effects.usage import used_surfaces
 from raymaps.errors import RayMapsError, SceneError
 from raymaps.materials import Mixture, ThinFilm
 from raymaps.results.ledger import energy_ledger
-from raymaps.scene import RectangleDetector, Scene, load_scene
+from raymaps.scene import EmissionTable, RectangleDetector, Scene, load_scene
 from raymaps.store import RayMap
 from raymaps.store.columns import REMEDY
 
@@ -49,7 +49,21 @@ def check_scene(path: str | Path) -> tuple[Finding, ...]:
         scene = load_scene(path)
     except SceneError as error:
         return tuple(Finding(fault, is_fault=True) for fault in error.faults)
-    return (*_geometry_findings(scene), *_unused(scene))
+    return (*_geometry_findings(scene), *_cut_spectra(scene), *_unused(scene))
+
+
+def _cut_spectra(scene: Scene) -> Iterator[Finding]:
+    """Sources whose table reaches beyond the wavelengths that are simulated."""
+    settings = scene.settings.spectrum
+    for name, source in scene.sources.items():
+        if isinstance(source.spectrum, EmissionTable):
+            share = source.spectrum.share_within(settings.from_nm, settings.to_nm)
+            if 0 < share < 0.99:
+                yield Finding(
+                    f"Source '{name}': {100 * (1 - share):.0f} % of its spectrum lies outside of "
+                    f"{settings.from_nm:g} to {settings.to_nm:g} nm, which are simulated; its flux_w is that of the rest. "
+                    "Widen settings.spectrum to simulate all of it."
+                )
 
 
 def _geometry_findings(scene: Scene) -> Iterator[Finding]:

@@ -34,7 +34,7 @@ from raymaps.materials import (
     ThinFilm,
 )
 from raymaps.names import Names
-from raymaps.ray_sets import RayLight, light_of_rays, load_ray_sets, placed_box_mm, placed_sample_mm
+from raymaps.ray_sets import RayLight, light_of_rays, lines_of_rays, load_ray_sets, placed_box_mm, placed_sample_mm
 from raymaps.scene import (
     Body,
     CrossingsSource,
@@ -149,7 +149,7 @@ def compile_scene(scene: Scene) -> CompiledScene:
     _check_interfaces(acting)
     _check_faces_of_detectors(scene, meshes)
     frame, box = _frame(scene, meshes, ray_sets)
-    bands = spectral_bands(acting) if "spectral" in effects else RGB_BANDS
+    bands = spectral_bands(acting, lines_of_rays(acting, ray_sets)) if "spectral" in effects else RGB_BANDS
     outside = _media_outside(acting, meshes, names)
     _check_metals(acting, names, outside)
     tables = _tables(acting, meshes, names, frame, box, outside, tuple(media.values()))

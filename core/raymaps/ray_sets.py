@@ -18,8 +18,18 @@ from raymaps.scene import CrossingsSource, EmissionTable, RaysSource, RectangleD
 from raymaps.spectral_data import srgb_of_wavelengths
 from raymaps.store import RayMap
 
-__all__ = ["RayLight", "crossing_rays", "light_of_rays", "load_ray_sets", "placed_box_mm", "placed_sample_mm"]
+__all__ = [
+    "RayLight",
+    "crossing_rays",
+    "light_of_rays",
+    "lines_of_rays",
+    "load_ray_sets",
+    "placed_box_mm",
+    "placed_sample_mm",
+]
 
+#: Rays of more single wavelengths than these stand for a spectrum.
+MOST_LINES = 100
 #: Step in nm in which wavelengths become colours of an RGB simulation.
 _STEP_NM = 1.0
 
@@ -118,6 +128,21 @@ class RayLight(NamedTuple):
     wavelength_nm: NDArray[np.float64]  # (n_rays,) to which rays are narrowed, or empty
 
 
+def lines_of_rays(scene: Scene, ray_sets: dict[str, RaySet]) -> tuple[float, ...]:
+    """Single wavelengths of rays, in nm, ascending; none of sets with so many that they stand for a spectrum."""
+    lines: set[float] = set()
+    for name, rays in ray_sets.items():
+        if _has_own_colours(scene.sources[name], rays) and rays.wavelength_nm is not None:
+            distinct = np.unique(rays.wavelength_nm[rays.power > 0].astype(np.float64))
+            lines |= set(distinct.tolist()) if len(distinct) <= MOST_LINES else set()
+    return tuple(sorted(lines))
+
+
+def _has_own_colours(source: Source, rays: RaySet) -> bool:
+    """Whether the colours of rays count: not if the source has a spectrum, or an rgb other than its default."""
+    return source.spectrum is None and source.rgb == (1.0, 1.0, 1.0) and rays.is_coloured
+
+
 def light_of_rays(source: Source, rays: RaySet, bands: Bands, where: str = "source") -> RayLight:
     """Light by band of the rays of a source.
 
@@ -129,7 +154,7 @@ def light_of_rays(source: Source, rays: RaySet, bands: Bands, where: str = "sour
         If rays have wavelengths that are not simulated.
     """
     n, none = len(rays), np.zeros(0)
-    if source.spectrum is not None or source.rgb != (1.0, 1.0, 1.0) or not rays.is_coloured:
+    if not _has_own_colours(source, rays):
         return RayLight(bands.light_of(source, where)[None], np.zeros(n, np.int32), none)
     if rays.wavelength_nm is not None:
         return _of_wavelengths(rays.wavelength_nm, rays.power > 0, bands, where)

@@ -144,7 +144,7 @@ def spectral_rays(tmp_path, rays, **more):
     scene = write_scene(tmp_path, {}, sources=sources, settings={**BANDS, "store": "spectral"})
     h = Histories(simulate(scene, tmp_path / "spectral.raymap", rays=4000, seed=1, threads=1))
     mine = h.first[h.ray_source == 1]
-    assert h.raymap.bands.low_nm.tolist() == [400, 450, 500, 550, 600, 650]
+    assert h.raymap.bands.low_nm.tolist()[:6] == [400, 450, 500, 550, 600, 650]
     return h.position[mine], h.light[mine]
 
 
@@ -154,15 +154,26 @@ def at_places(n, **more):
 
 
 def test_rays_of_wavelengths_in_a_spectral_scene(tmp_path):
-    """All their light is in one band, and they are narrowed to their wavelength from the start."""
-    nm = np.array([410.0, 449.9, 561, 700])
+    """All their light is in a band of its own, and they are narrowed to their wavelength from the start."""
+    nm = np.array([410.0, 449.9, 561, 900])
     position, light = spectral_rays(tmp_path, at_places(4, wavelength_nm=nm))
-    expected = np.eye(6)[[0, 0, 3, 5]]
+    expected = np.eye(10)[[6, 7, 8, 9]]
     index = np.round(position[:, 0]).astype(int)
     assert np.array_equal(light, expected[index])
     raymap = RayMap.open(tmp_path / "spectral.raymap")
     stored = np.concatenate([portion.ray_wavelength_nm for portion in raymap.portions])
     assert stored[stored > 0] == pytest.approx(nm[index])
+
+
+def test_rays_of_many_wavelengths_in_a_spectral_scene(tmp_path):
+    """They stand for a spectrum: each ray's light is in the band that holds its wavelength."""
+    nm = np.linspace(401.0, 699.0, 150)
+    position, light = spectral_rays(tmp_path, at_places(150, wavelength_nm=nm))
+    assert light.shape[1] == 6
+    index = np.round(position[:, 0]).astype(int)
+    assert np.array_equal(light.argmax(axis=1), ((nm - 400) // 50).astype(int)[index])
+    with pytest.raises(SceneError, match=r"^Source 'S'.*settings\.spectrum"):
+        spectral_rays(tmp_path / "beyond", at_places(150, wavelength_nm=nm + 100))
 
 
 def test_rays_of_wavelengths_break_by_them(tmp_path):
@@ -215,7 +226,6 @@ def test_rays_of_red_green_and_blue_in_a_spectral_scene(tmp_path):
 @pytest.mark.parametrize(
     "colour",
     [
-        {"wavelength_nm": np.array([450.0, 900])},
         {"light": np.ones((2, 1), np.float32), "bands_nm": np.array([[650.0, 750]])},
         {"spectrum": np.zeros(2, np.int32), "spectra": (((800.0, 900.0), (1.0, 1.0)),)},
     ],

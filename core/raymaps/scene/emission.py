@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from raymaps.formats.luminaire_files import read_luminaire
@@ -40,6 +41,14 @@ class EmissionTable(Record):
         if max(self.value) <= 0:
             raise ValueError("a spectrum must be above 0 somewhere")
         return self
+
+    def share_within(self, from_nm: float, to_nm: float) -> float:
+        """Share of the flux between two wavelengths, 0 to 1."""
+        nm = np.unique(np.clip([*self.wavelength_nm, from_nm, to_nm], self.wavelength_nm[0], self.wavelength_nm[-1]))
+        density = np.interp(nm, self.wavelength_nm, self.value)
+        steps = (density[1:] + density[:-1]) / 2 * np.diff(nm)
+        inside = (nm[:-1] >= from_nm) & (nm[1:] <= to_nm)
+        return float(steps[inside].sum() / steps.sum())
 
 
 class SpectralLines(Record):
