@@ -10,6 +10,7 @@ from __future__ import annotations
 import importlib
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -173,8 +174,7 @@ class Tracer:
                 break
         portion = log.in_ray_order(first_ray, wave)
         clock.book("recording")
-        portion.seconds.update(clock.seconds)
-        return portion
+        return replace(portion, seconds=clock.seconds)
 
     def _emit(self, source: NDArray[np.int16], key: RunKey) -> Wave:
         """A wave at its emission."""

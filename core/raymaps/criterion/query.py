@@ -103,7 +103,7 @@ def query(raymap: RayMap, criterion: Criterion | str | None = None, limit: int |
         scanned=sum(portion.n_rays for portion in scanned),
         flux_w=flux_w,
         flux_stderr_w=stderr_w,
-        ids=_frozen(np.concatenate([np.zeros(0, np.int64), *ids])[:limit]),
+        ids=_read_only(np.concatenate([np.zeros(0, np.int64), *ids])[:limit]),
     )
 
 
@@ -126,6 +126,6 @@ def _decided(bound: Bound, rays_of_source: NDArray[np.int64]) -> NDArray[np.bool
     return (verdicts.always & (rays_of_source > 0)) | ~verdicts.maybe
 
 
-def _frozen(array: NDArray[np.int64]) -> NDArray[np.int64]:
+def _read_only(array: NDArray[np.int64]) -> NDArray[np.int64]:
     array.setflags(write=False)
     return array

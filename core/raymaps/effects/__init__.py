@@ -121,7 +121,7 @@ EFFECTS: tuple[Effect, ...] = (
     ),
     Effect(
         "conductor", "reflection off smooth metals (n + ik)", conductor.needed_by, conductor.lower, "surface",
-        "metals are clear media of their index n", conductor.clear_metals,
+        "metals are clear media of their index n", without.clear_metals,
     ),
     Effect(
         "thin_film", "interference in thin layers on smooth interfaces", thin_film.needed_by, thin_film.lower,

@@ -13,7 +13,7 @@ from raymaps.effects.usage import surfaces_of
 from raymaps.materials import Mixture
 from raymaps.scene import Scene
 
-__all__ = ["Data", "clear_metals", "lower", "metal_reflectance", "needed_by"]
+__all__ = ["Data", "lower", "metal_reflectance", "needed_by"]
 
 
 class Data(NamedTuple):
@@ -58,12 +58,6 @@ def lower(lowering: Lowering) -> Data:
         n[index] = index_in_bands(name, medium, lowering.bands)
         k[index] = lowering.bands.average(medium.extinction, f"Medium '{name}', extinction")
     return Data(is_conductor, n, k)
-
-
-def clear_metals(scene: Scene) -> Scene:
-    """The scene with metals that are clear media of their index n; for where this effect is switched off."""
-    media = {name: m.model_copy(update={"extinction": (0.0, 0.0, 0.0)}) for name, m in scene.media.items()}
-    return scene.model_copy(update={"media": media})
 
 
 def metal_reflectance(cos_theta_i: ArrayLike, n_i: ArrayLike, n: ArrayLike, k: ArrayLike) -> NDArray[np.float64]:

@@ -21,6 +21,7 @@ from raymaps.scene import Scene
 
 __all__ = [
     "all_absorbed",
+    "clear_metals",
     "dominant_part",
     "nothing_absorbed_inside",
     "nothing_scattered_inside",
@@ -82,6 +83,11 @@ def nothing_absorbed_inside(scene: Scene) -> Scene:
 def nothing_scattered_inside(scene: Scene) -> Scene:
     """Media do not scatter."""
     return _with_media(scene, lambda medium: {"scattering": ()})
+
+
+def clear_metals(scene: Scene) -> Scene:
+    """Metals are clear media of their index n."""
+    return _with_media(scene, lambda medium: {"extinction": (0.0, 0.0, 0.0)})
 
 
 def one_index(scene: Scene) -> Scene:
