@@ -61,8 +61,8 @@ def _cut_spectra(scene: Scene) -> Iterator[Finding]:
             if 0 < share < 0.99:
                 yield Finding(
                     f"Source '{name}': {100 * (1 - share):.0f} % of its spectrum lies outside of "
-                    f"{settings.from_nm:g} to {settings.to_nm:g} nm, which are simulated; its flux_w is that of the rest. "
-                    "Widen settings.spectrum to simulate all of it."
+                    f"{settings.from_nm:g} to {settings.to_nm:g} nm, which are simulated; its flux_w is that of the "
+                    "rest. Widen settings.spectrum to simulate all of it."
                 )
 
 
