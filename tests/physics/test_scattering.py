@@ -12,7 +12,7 @@ import pytest
 
 from raymaps.criterion import query
 from raymaps.kinds import EventKind
-from raymaps.results.cells import _through
+from raymaps.on_the_way import _through
 from raymaps.results.detector import evaluate_detector
 from raymaps.store import RayMap
 from tests.physics.adding_doubling import h_function

@@ -15,13 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.criterion import Bound, Everything, matching_rays
-from raymaps.on_the_way import light_on_the_way
 from raymaps.store import Lights
 
 if TYPE_CHECKING:
     from raymaps.store import Portion, RayMap
 
-__all__ = ["CellSums", "Samples", "SpectrumSums", "Sums", "light_on_the_way", "rows_that_match", "sum_samples"]
+__all__ = ["CellSums", "Samples", "SpectrumSums", "Sums", "rows_that_match", "sum_samples"]
 
 Float = NDArray[np.float64]
 

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 
 from raymaps.criterion import Area, Criterion, Ellipse, Rectangle, inside_area
 from raymaps.errors import CriterionError, unknown_name
-from raymaps.results.cells import Samples, Sums, light_on_the_way, rows_that_match, sum_samples
+from raymaps.on_the_way import light_on_the_way
+from raymaps.results.cells import Samples, Sums, rows_that_match, sum_samples
 from raymaps.results.figures import (
     Asked,
     Spectrum,

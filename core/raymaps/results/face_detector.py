@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from raymaps.errors import CriterionError
 from raymaps.kinds import KILL_REASONS, OFF_SURFACE, EventKind
-from raymaps.results.cells import Samples, light_on_the_way, rows_that_match, sum_samples
+from raymaps.on_the_way import light_on_the_way
+from raymaps.results.cells import Samples, rows_that_match, sum_samples
 from raymaps.results.detector import MM2_PER_M2, cell_rgb_w, with_lumens, without_rows
 from raymaps.results.edges import feature_edges_mm
 from raymaps.results.face_cells import CELLS, FaceCells, divided
