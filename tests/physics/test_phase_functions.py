@@ -13,7 +13,7 @@ import pytest
 from numpy.polynomial import legendre
 
 from raymaps.effects.medium_scattering import _table, phase_cumulated, phase_density
-from raymaps.jit import kernel
+from raymaps.jit import allocating_kernel, kernel
 from raymaps.kernels.directions import around
 from raymaps.kernels.phase import henyey_greenstein, tabulated
 from raymaps.kinds import EventKind
@@ -34,7 +34,7 @@ def name_of(phase):
     return f"g={phase.g:g}" if isinstance(phase, HenyeyGreenstein) else f"{phase.kind}"
 
 
-@kernel
+@allocating_kernel
 def drawn_by_asymmetry(g, uniform):
     """(n, 2) cosine and sine."""
     out = np.empty((len(uniform), 2))
@@ -43,7 +43,7 @@ def drawn_by_asymmetry(g, uniform):
     return out
 
 
-@kernel
+@allocating_kernel
 def drawn_by_table(angle_rad, value, cumulated, uniform):
     """(n, 2) cosine and sine."""
     out = np.empty((len(uniform), 2))
