@@ -15,7 +15,7 @@ from raymaps.effects.usage import used_surfaces
 from raymaps.errors import RayMapsError, SceneError
 from raymaps.materials import Mixture, ThinFilm
 from raymaps.results.ledger import energy_ledger
-from raymaps.scene import EmissionTable, RectangleDetector, Scene, load_scene
+from raymaps.scene import CrossingsSource, EmissionTable, RectangleDetector, Scene, load_scene
 from raymaps.store import RayMap
 from raymaps.store.columns import REMEDY
 
@@ -49,7 +49,23 @@ def check_scene(path: str | Path) -> tuple[Finding, ...]:
         scene = load_scene(path)
     except SceneError as error:
         return tuple(Finding(fault, is_fault=True) for fault in error.faults)
-    return (*_geometry_findings(scene), *_cut_spectra(scene), *_unused(scene))
+    return (*_geometry_findings(scene), *_cut_spectra(scene), *_lost_spectra(scene), *_unused(scene))
+
+
+def _lost_spectra(scene: Scene) -> Iterator[Finding]:
+    """Sources of rays whose map was spectral but kept colours only."""
+    for name, source in scene.sources.items():
+        if isinstance(source, CrossingsSource) and source.spectrum is None:
+            try:
+                raymap = RayMap.open(scene.folder / source.map)
+                colours = raymap.bands.is_spectral and not all(p.lights.has_spectra for p in raymap.portions)
+            except RayMapsError:
+                continue  # told where its rays are read
+            if colours:
+                yield Finding(
+                    f"Source '{name}': its map '{source.map}' was simulated with spectra but keeps colours only, so "
+                    "lumens and colours are approximate; trace it with --store spectral."
+                )
 
 
 def _cut_spectra(scene: Scene) -> Iterator[Finding]:

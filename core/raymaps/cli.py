@@ -23,6 +23,7 @@ from raymaps.units import format_bytes, format_duration, format_quantity, format
 
 if TYPE_CHECKING:
     from raymaps.run import Progress
+    from raymaps.store import RayMap
 
 __all__ = ["app", "main"]
 
@@ -157,6 +158,7 @@ def trace(
         f"{format_duration(teller.elapsed_s)}"
     )
     _say(_ledger_line(ledger))
+    _say_switched_off(raymap)
 
 
 def _ledger_line(ledger: Any) -> str:
@@ -283,9 +285,10 @@ def query(
     from raymaps.criterion import query as ask
     from raymaps.store import RayMap
 
-    found = ask(RayMap.open(map_), criterion, limit)
+    raymap = RayMap.open(map_)
+    found = ask(raymap, criterion, limit)
     if as_json:
-        _print_json(found.to_dict())
+        _print_json({**found.to_dict(), **_switched_off(raymap)})
         return
     if found.flux_w is not None and found.flux_stderr_w is not None:
         _say(f"{found.rays} of {found.scanned} rays match: {format_with_error(found.flux_w, found.flux_stderr_w)}")
@@ -294,6 +297,18 @@ def query(
     if found.rays:
         shown = found.ids[: 10 if limit is None else limit]
         _say("rays " + ", ".join(map(str, shown)) + (" ..." if len(shown) < found.rays else ""))
+    _say_switched_off(raymap)
+
+
+def _switched_off(raymap: RayMap) -> dict[str, list[str]]:
+    """Effects that were switched off, if any."""
+    off = list(raymap.scene.settings.without)
+    return {"without": off} if off else {}
+
+
+def _say_switched_off(raymap: RayMap) -> None:
+    for off in _switched_off(raymap).values():
+        _say(f"without {', '.join(off)} (switched off)")
 
 
 @app.command()
@@ -308,8 +323,13 @@ def paths(
     from raymaps.store import RayMap
 
     shown = limit if as_json or limit else 30
-    table = distinct_paths(RayMap.open(map_), where, shown)
-    _print_json(table.to_dict()) if as_json else _say(table.to_text())
+    raymap = RayMap.open(map_)
+    table = distinct_paths(raymap, where, shown)
+    if as_json:
+        _print_json({**table.to_dict(), **_switched_off(raymap)})
+        return
+    _say(table.to_text())
+    _say_switched_off(raymap)
 
 
 @app.command()
@@ -365,7 +385,7 @@ def detector(
     ] = None,
     max_angle: Annotated[
         float | None,
-        typer.Option(metavar="DEG", min=0, max=90, help="Acceptance angle; of a far field the largest gamma."),
+        typer.Option(metavar="DEG", min=0, max=180, help="Acceptance angle; of a far field the largest gamma."),
     ] = None,
     source: Annotated[str | None, typer.Option(metavar="NAME", help="Light of this source only.")] = None,
     where: Where = None,

@@ -37,7 +37,7 @@ WRONG_USAGE = [
     ("query", "{map}", "true", "--limit", "x"), ("paths", "{map}", "--limit", "0"), ("report", "{map}", "--limit", "0"),
     ("detector", "{map}"), ("detector", "{map}", "Around", "--resolution", "10"),
     ("detector", "{map}", "Around", "--resolution", "axb"), ("detector", "{map}", "Around", "--resolution", "-3x3"),
-    ("detector", "{map}", "Around", "--max-angle", "91"), ("detector", "{map}", "Around", "--max-angle", "wide"),
+    ("detector", "{map}", "Around", "--max-angle", "181"), ("detector", "{map}", "Around", "--max-angle", "wide"),
     ("detector", "{map}", "Around", "--rect", "1,2,3"), ("detector", "{map}", "Around", "--rect", "a,b,c,d"),
     ("detector", "{map}", "Around", "--rect", "0,0,1,1", "--ellipse", "0,0,1,1"),
     ("view", "{map}"), ("check",), ("serve",), ("schema", "extra"), ("explain", "{scene}", "{scene}"),

@@ -10,9 +10,12 @@ from typing import Any
 
 from raymaps.effects import dispersion
 from raymaps.effects.usage import used_media, used_surfaces
+from raymaps.errors import RayMapsError
+from raymaps.formats.ray_file import keeps_spectra
 from raymaps.materials import Mixture, is_spectral
 from raymaps.materials.bsdf import BsdfTable
-from raymaps.scene import Scene
+from raymaps.scene import CrossingsSource, RaysSource, Scene, Source
+from raymaps.store import RayMap
 
 __all__ = ["needed_by"]
 
@@ -23,9 +26,28 @@ def _depends_on_wavelength(value: Any) -> bool:
     return is_spectral(value)
 
 
+def _rays_have_spectra(scene: Scene, source: Source) -> bool:
+    """Whether a source emits rays that a Ray Map kept with their spectra.
+
+    A map or file that can't be read has none here; whoever reads its rays says what is wrong with it.
+    """
+    if source.rgb != (1.0, 1.0, 1.0):
+        return False
+    if isinstance(source, CrossingsSource):
+        try:
+            portions = RayMap.open(scene.folder / source.map).portions
+            return bool(portions) and all(portion.lights.has_spectra for portion in portions)
+        except RayMapsError:
+            return False
+    return isinstance(source, RaysSource) and keeps_spectra(scene.folder / source.file)
+
+
 def needed_by(scene: Scene) -> tuple[str, ...]:
     """A scene calls for spectra if a source has one, or if something that light can meet depends on wavelength."""
     reasons = [f"spectrum of source '{name}'" for name, source in scene.sources.items() if source.spectrum is not None]
+    for name, source in scene.sources.items():
+        if source.spectrum is None and _rays_have_spectra(scene, source):
+            reasons.append(f"spectra of the rays of source '{name}'")
     for surface, places in used_surfaces(scene).items():
         prop = scene.surfaces[surface]
         parts = [prop]

@@ -20,7 +20,7 @@ from raymaps.formats.tm25 import MAGIC as TM25_MAGIC
 from raymaps.formats.tm25 import read_tm25
 from raymaps.formats.zemax_dat import IDENTIFIERS, read_zemax_dat, read_zemax_text
 
-__all__ = ["read_rays", "write_rays"]
+__all__ = ["keeps_spectra", "read_rays", "write_rays"]
 
 _FORMAT, _VERSION = "raymaps-rays", 1
 _PARQUET_MAGIC = b"PAR1"
@@ -53,6 +53,21 @@ def read_rays(path: Path) -> RaySet:
         raise FormatError(f"Ray file '{path}' can't be read: {(error.strerror or str(error)).lower()}.") from error
     except MemoryError:
         raise FormatError(f"Ray file '{path}' is larger than this machine's memory.") from None
+
+
+def keeps_spectra(path: Path) -> bool:
+    """Whether a file is one of our own whose rays have spectra; False of a file that can't be read."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        with open(path, "rb") as file:
+            if file.read(4) != _PARQUET_MAGIC:
+                return False
+        about = json.loads((pq.read_schema(path).metadata or {}).get(_FORMAT.encode(), b"null"))
+    except (pa.ArrowException, OSError, ValueError):
+        return False
+    return isinstance(about, dict) and about.get("bands_nm") is not None
 
 
 def write_rays(path: Path, rays: RaySet) -> None:

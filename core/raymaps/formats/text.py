@@ -30,7 +30,9 @@ def read_text(path: Path, encoding: str = "utf-8", largest_bytes: int = LARGEST_
             )
         data = path.read_bytes()
     except FileNotFoundError:
-        raise FormatError(f"File '{path}': there is no such file.") from None
+        raise FormatError(
+            f"File '{path}': there is no such file; a relative path counts from the scene file's folder."
+        ) from None
     except OSError as error:
         raise FormatError(f"File '{path}' can't be read: {(error.strerror or str(error)).lower()}.") from error
     except ValueError:  # a name that no file can have

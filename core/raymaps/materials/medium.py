@@ -53,6 +53,9 @@ CLOSEST_DEG = 1e-9
 #: A mean free path far below the size of an atom.
 LARGEST_SCATTERING_PER_MM = 1e12
 
+#: Index below which a clear medium is a mistake; relative to another medium it may well be somewhat below 1.
+LEAST_CLEAR_INDEX = 0.5
+
 
 class DispersionFormula(Record):
     """Refractive index by a formula; coefficients for wavelengths in µm."""
@@ -252,7 +255,19 @@ class Medium(Record):
 
     @model_validator(mode="after")
     def _is_denser_than_vacuum(self) -> Medium:
-        """Refuse a formula by which a clear medium has an index below 1 in the visible: its units are wrong."""
+        """Refuse a clear medium of an index below 1 in the visible: its units are wrong, or it is a metal."""
+        if isinstance(self.refractive_index, float | int):
+            lowest = float(self.refractive_index)
+        elif isinstance(self.refractive_index, DispersionTable):
+            pairs = zip(self.refractive_index.wavelength_nm, self.refractive_index.n, strict=True)
+            lowest = min((n for nm, n in pairs if VISIBLE_NM[0] <= nm <= VISIBLE_NM[1]), default=1.0)
+        else:
+            lowest = 1.0
+        if lowest < LEAST_CLEAR_INDEX and not self.is_conductor:
+            raise ValueError(
+                f"a clear medium can't have a refractive index of {lowest:g}; a metal needs its extinction too, or "
+                'take one of the catalogue, such as {"catalogue": "gold"}'
+            )
         formula = self.refractive_index
         if isinstance(formula, DispersionFormula) and not self.is_conductor:
             low, high = np.clip(VISIBLE_NM, *formula.range_nm)

@@ -265,8 +265,11 @@ def evaluate_detector(
     detector = raymap.scene.detectors[name]
     if resolution is not None:
         resolution = _checked_resolution(resolution)
-    if max_angle_deg is not None and not 0 < max_angle_deg <= 90:
-        raise CriterionError(f"The acceptance angle must be above 0 and at most 90 degrees, got {max_angle_deg:g}.")
+    largest_deg = 180 if isinstance(detector, FarFieldDetector) else 90
+    if max_angle_deg is not None and not 0 < max_angle_deg <= largest_deg:
+        raise CriterionError(
+            f"The acceptance angle must be above 0 and at most {largest_deg} degrees, got {max_angle_deg:g}."
+        )
     area = _region(rect, ellipse)
     if area is not None and not isinstance(detector, RectangleDetector):
         what = "the far field" if isinstance(detector, FarFieldDetector) else "faces"

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import statistics
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -82,12 +83,17 @@ def explain(what: Path) -> Explanation:
     """
     if what.is_dir():
         raymap = RayMap.open(what)
-        seconds: dict[str, float] = {}
-        for portion in raymap.portions:
-            for stage, taken in portion.summary.seconds.items():
-                seconds[stage] = seconds.get(stage, 0.0) + taken
-        return _explained(raymap.scene, seconds)
+        return _explained(raymap.scene, _typical_seconds(raymap))
     return _explained(load_scene(what), {})
+
+
+def _typical_seconds(raymap: RayMap) -> dict[str, float]:
+    """Time that each stage takes an event: the median over the portions, of which the first few also load kernels."""
+    taken: dict[str, list[float]] = {}
+    for portion in raymap.portions:
+        for stage, seconds in portion.summary.seconds.items():
+            taken.setdefault(stage, []).append(seconds / max(portion.n_events, 1))
+    return {stage: statistics.median(values) for stage, values in taken.items()}
 
 
 def _explained(scene: Scene, seconds: dict[str, float]) -> Explanation:

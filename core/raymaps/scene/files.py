@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 from pydantic import ValidationError
 
 from raymaps.errors import SceneError, decapitalised, shortened
+from raymaps.materials.spectrum import SHORTEST_NM
 from raymaps.scene.description import SCENE_FORMAT, SCENE_VERSION, Scene
 
 __all__ = ["load_scene", "scene_from_dict", "scene_json_schema"]
@@ -147,11 +148,29 @@ def _fault(fault: Any) -> str:
         "tuple_type": "must be a list",
     }
     if fault["type"] in words:
-        return words[fault["type"]]
+        return words[fault["type"]] + _example(fault["loc"], given)
     message = decapitalised(fault["msg"].removeprefix("Value error, ")).replace("input should", "must")
     if fault["type"] == "value_error" or isinstance(given, dict | list | tuple) or given is None:
         return message
-    return f"{message}, got {shortened(repr(given), _LONGEST)}"
+    return f"{message}, got {shortened(repr(given), _LONGEST)}{_unit_hint(context, given)}"
+
+
+def _example(loc: tuple[int | str, ...], given: Any) -> str:
+    """What to write in place of a bare name."""
+    if not isinstance(given, str):
+        return ""
+    if len(loc) == 2 and loc[0] == "media":
+        return ', such as {"catalogue": "N-BK7"}'
+    return ', such as {"kind": "illuminant", "name": "D65"}' if loc and loc[-1] == "spectrum" else ""
+
+
+def _unit_hint(context: dict[str, Any], given: Any) -> str:
+    """What a number out of range may have been meant to be."""
+    if not isinstance(given, int | float):
+        return ""
+    if context.get("ge") == SHORTEST_NM and 0 < given < SHORTEST_NM:
+        return " (wavelengths are in nm; 1 µm is 1000 nm)"
+    return f" ({given:g} % is {given / 100:g})" if context.get("le") == 1 and 1 < given <= 100 else ""
 
 
 #: Forms of values that pydantic names among the fields.
