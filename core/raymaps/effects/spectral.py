@@ -55,8 +55,6 @@ def needed_by(scene: Scene) -> tuple[str, ...]:
             parts = [scene.surfaces[part.surface] for part in prop.parts if part.weight > 0]
         if any(_depends_on_wavelength(getattr(part, field)) for part in parts for field in type(part).model_fields):
             reasons.append(f"surface '{surface}' of {places[0]} depends on wavelength")
-        if any(part.kind == "thin_film" for part in parts):
-            reasons.append(f"thin film '{surface}' of {places[0]}")
     for name, where in used_media(scene).items():
         medium = scene.media[name]
         tables = (medium.absorption_per_mm, medium.extinction, *(s.coefficient_per_mm for s in medium.scattering))
