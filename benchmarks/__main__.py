@@ -93,7 +93,7 @@ def _measure(folder: Path, arguments: argparse.Namespace, threads: int) -> Measu
         tell(f"{name}: results")
         results += measure_results(raymap, repeats, folder)
     tell("effects that are not used")
-    unused = measure_unused_effects(folder / "unused", min(arguments.rays // 20, 50_000), 5 * repeats)
+    unused = measure_unused_effects(folder / "unused", min(arguments.rays // 20, 20_000), 6 * repeats)
     tell("what effects cost")
     effects = measure_effect_costs(folder / "effects", min(arguments.rays // 20, 50_000), repeats)
     return Measured(

@@ -17,7 +17,7 @@ import trimesh
 
 import raymaps.trace
 from benchmarks.scenes import BALL_IN_BOX
-from benchmarks.timing import Timing, alternate
+from benchmarks.timing import Timing, alternate, paired
 from raymaps.compile import CompiledScene, compile_scene
 from raymaps.effects import EFFECTS, needed_effects
 from raymaps.run import simulate
@@ -62,10 +62,10 @@ MEASURED = "# side: front\n# goes: reflection\ntheta_i,theta_s,phi_s,bsdf\n" + "
 
 @dataclass(frozen=True)
 class UnusedEffect:
-    """Time of a scene with something that it does not use, over that without, in rounds of turns."""
+    """CPU time of a scene with something that it does not use, over that without."""
 
     what: str
-    ratio: Timing
+    ratio: Timing  # a value a round
     same_content: bool
 
 
@@ -132,12 +132,13 @@ class _Scenes:
         return self.load(f"{effect}-{body}", data)
 
 
-def measure_unused_effects(folder: Path, rays: int, repeats: int) -> list[UnusedEffect]:
+def measure_unused_effects(folder: Path, rays: int, rounds: int) -> list[UnusedEffect]:
     """Time and content of the scene as it is, beside the scene with what it does not use."""
     scenes = _Scenes(folder)
     plain = scenes.load("plain", scenes.plain())
     variants: dict[str, tuple[Scene, bool]] = {
         "plain": (plain, False),
+        "nothing: the plain scene once more": (plain, False),
         "only its own effects in the program": (plain, True),
         "all described, none on a body": (scenes.with_all_defined(), False),
     }
@@ -146,12 +147,9 @@ def measure_unused_effects(folder: Path, rays: int, repeats: int) -> list[Unused
             variants[f"{effect} where no light gets"] = (scenes.with_effect(effect, "Hidden"), False)
     contents = {name: _content(scene, folder / "content.raymap") for name, (scene, _) in variants.items()}
     works = {name: _tracing(scene, rays, own_effects_only=alone) for name, (scene, alone) in variants.items()}
-    timings, _ = alternate(works, repeats, budget_s=120.0)
-    return [
-        UnusedEffect(name, timings[name].over(timings["plain"]), contents[name] == contents["plain"])
-        for name in variants
-        if name != "plain"
-    ]
+    base = works.pop("plain")
+    ratios = paired(base, works, rounds, budget_s=120.0)
+    return [UnusedEffect(name, ratio, contents[name] == contents["plain"]) for name, ratio in ratios.items()]
 
 
 def measure_effect_costs(folder: Path, rays: int, repeats: int) -> list[EffectCost]:

@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import gc
+import math
 import statistics
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["Timing", "alternate", "repeat", "summary"]
+__all__ = ["Timing", "alternate", "paired", "repeat", "summary"]
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,12 @@ class Timing:
     @property
     def median(self) -> float:
         return statistics.median(self.values)
+
+    @property
+    def standard_error(self) -> float:
+        """Standard error of the median, as of normally distributed values; 0 for a single one."""
+        n = len(self.values)
+        return math.sqrt(math.pi / 2 / n) * statistics.stdev(self.values) if n > 1 else 0.0
 
     def over(self, other: Timing) -> Timing:
         """Ratio round by round: both were measured in the same rounds."""
@@ -72,6 +79,36 @@ def alternate(
             if turn >= 0:
                 seconds[name].append(took)
     return {name: Timing(tuple(values)) for name, values in seconds.items()}, results
+
+
+def paired(
+    base: Callable[[], Any], contestants: Mapping[str, Callable[[], Any]], rounds: int, *, budget_s: float
+) -> dict[str, Timing]:
+    """CPU time of each contestant on this thread over that of ``base``, for differences of a percent.
+
+    A round takes each contestant twice between two of the base, so that a machine that slowly gets faster or slower
+    meets both alike. Past ``budget_s`` no further round is begun.
+    """
+    for work in (base, *contestants.values()):
+        work()
+    ratios: dict[str, list[float]] = {name: [] for name in contestants}
+    started = time.perf_counter()
+    for turn in range(rounds):
+        if turn and time.perf_counter() - started > budget_s:
+            break
+        gc.collect()
+        gc.disable()
+        for name, work in contestants.items():
+            before, first, second, after = (_cpu_seconds(w) for w in (base, work, work, base))
+            ratios[name].append((first + second) / (before + after))
+        gc.enable()
+    return {name: Timing(tuple(values)) for name, values in ratios.items()}
+
+
+def _cpu_seconds(work: Callable[[], Any]) -> float:
+    started = time.thread_time()
+    work()
+    return time.thread_time() - started
 
 
 def repeat(work: Callable[[], Any], repeats: int) -> tuple[Timing, Any]:

@@ -2,7 +2,8 @@
 """Trace a portion: a wave of rays bounces until all have ended. Knows no files.
 
 Each turn of the loop takes every living ray from one event to the next: Embree finds the triangle, then each effect
-that the scene calls for acts on all rays in turn. An effect's kernel is imported, and so compiled, only if needed.
+that the scene calls for acts on all rays in turn. An effect's kernel is imported, and so compiled, only if needed, and
+runs only where a ray meets what it acts on.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from raymaps.effects import EFFECTS
 from raymaps.effects.crossings import CROSSING
 from raymaps.intersect import Intersector
 from raymaps.kernels import record, transport
-from raymaps.kinds import ENDINGS, EventKind
+from raymaps.kinds import ENDINGS, EventKind, SurfaceKind
 from raymaps.scene import RectangleDetector
 from raymaps.sources import emitters, quantised, source_of_rays
 from raymaps.traced import TracedPortion
@@ -77,11 +78,17 @@ class RunKey(NamedTuple):
 
 
 class _Stage(NamedTuple):
-    """A kernel of an effect, and what it reads."""
+    """A kernel of an effect, what it reads, and the media or kinds of surfaces that it acts on."""
 
     name: str
     run: Callable[..., Any]
     data: Any
+    media: NDArray[np.bool_]  # (n_media,)
+    surfaces: NDArray[np.bool_]  # (256,) by `SurfaceKind`
+
+    def acts(self, media: NDArray[np.bool_], met: NDArray[np.bool_]) -> bool:
+        """Whether a wave that is in, or comes to, these media and meets these kinds of surfaces has work for it."""
+        return bool((self.media & media).any() or (self.surfaces & met).any())
 
 
 class _Clock:
@@ -117,18 +124,27 @@ class Tracer:
         )
         self._light = quantised(compiled.source_light)
         self._stages: dict[str, list[_Stage]] = {"way": [], "surface": []}
+        self._in_mixtures = np.zeros(256, bool)  # kinds of surfaces that are parts of mixtures
         self._crossings: _Stage | None = None
         for effect in EFFECTS:
             if effect.name not in compiled.effects or effect.stage == "none":
                 continue
             module = importlib.import_module(f"raymaps.kernels.{effect.name}")
-            stage = _Stage(effect.name, module.run, compiled.effect_data[effect.name])
+            data = compiled.effect_data[effect.name]
+            media, surfaces = np.zeros(len(compiled.tables.medium_index), bool), np.zeros(256, bool)
+            if effect.acts_on is not None:
+                media = effect.acts_on(data)
+            elif effect.stage == "surface":
+                surfaces[SurfaceKind[effect.name.upper()]] = True
+            stage = _Stage(effect.name, module.run, data, media, surfaces)
             if effect.name == "crossings":
                 self._crossings = stage
             else:
                 self._stages[effect.stage].append(stage)
+            if effect.name == "mixture":
+                self._in_mixtures[compiled.tables.surface_kind[data.part]] = True
             if hasattr(module, "scatter"):  # an effect on the way whose rays go on in another direction
-                self._stages["surface"].append(_Stage(effect.name, module.scatter, stage.data))
+                self._stages["surface"].append(stage._replace(run=module.scatter))
         self._is_end = np.zeros(256, bool)
         self._is_end[[kind for kinds in ENDINGS.values() for kind in kinds]] = True
         self._position_type = position_type(compiled)
@@ -143,7 +159,9 @@ class Tracer:
         log = _EventLog(self.compiled, n_rays, self._position_type, self._crossings)
         active = np.arange(n_rays, dtype=np.int32)
         log.keep(active, wave)
-        record.advance(active, wave, self._is_end)
+        # which media rays are in, or come to, and what surfaces they meet: only effects that act on them run
+        media, met = np.zeros(len(tables.medium_index), bool), np.zeros(256, bool)
+        record.advance(active, wave, self._is_end, media)
         clock.book("emission")
 
         for depth in range(1, settings.max_events):
@@ -151,13 +169,17 @@ class Tracer:
             self._find_next(active, wave)
             clock.book("intersection")
             for stage in self._stages["way"]:
-                stage.run(active, wave, tables, stage.data, key, depth)
-                clock.book(stage.name)
+                if stage.acts(media, met):
+                    stage.run(active, wave, tables, stage.data, key, depth)
+                    clock.book(stage.name)
             if self._crossings is not None:
                 log.cross(active, wave, depth)
                 clock.book("crossings")
             # the surface: what happens there is up to the effect that its property belongs to
-            transport.arrive(active, wave, tables)
+            met[:] = False
+            transport.arrive(active, wave, tables, met, media)
+            if met[SurfaceKind.MIXTURE]:
+                met |= self._in_mixtures
             if depth == settings.max_events - 1:
                 is_open = (wave.state[active] == transport.PENDING) | (
                     wave.state[active] == EventKind.MEDIUM_SCATTERING
@@ -165,10 +187,12 @@ class Tracer:
                 wave.state[active[is_open]] = EventKind.KILLED_DEPTH
             clock.book("intersection")
             for stage in self._stages["surface"]:
-                stage.run(active, wave, tables, stage.data, key, depth)
-                clock.book(stage.name)
+                if stage.acts(media, met):
+                    stage.run(active, wave, tables, stage.data, key, depth)
+                    clock.book(stage.name)
             log.keep(active, wave)
-            active = active[: record.advance(active, wave, self._is_end)]
+            media[:] = False
+            active = active[: record.advance(active, wave, self._is_end, media)]
             clock.book("recording")
             if not len(active):
                 break

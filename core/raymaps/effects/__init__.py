@@ -12,6 +12,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from raymaps.effects import (
     abg,
     absorber,
@@ -58,6 +61,8 @@ class Effect:
         the way may have a second function, ``scatter``, which runs at the surface and turns rays that end on the way.
     if_off, without : str, function of a Scene to a Scene
         What takes the effect's place where it is switched off, in words and done.
+    acts_on : function of the arrays to (n_media,) bool, optional
+        The media that the kernel acts in, or at whose borders; without it, it acts on surfaces of the effect's name.
     """
 
     name: str
@@ -67,6 +72,7 @@ class Effect:
     stage: Literal["way", "surface", "none"]
     if_off: str
     without: Callable[[Scene], Scene]
+    acts_on: Callable[[Any], NDArray[np.bool_]] | None = None
 
 
 def _nothing(lowering: Lowering) -> tuple[()]:
@@ -86,10 +92,12 @@ EFFECTS: tuple[Effect, ...] = (
     Effect(
         "medium_scattering", "scattering inside media by phase functions", medium_scattering.needed_by,
         medium_scattering.lower, "way", "media do not scatter", without.nothing_scattered_inside,
+        medium_scattering.acts_on,
     ),
     Effect(
         "medium_absorption", "absorption inside media (Beer-Lambert)", medium_absorption.needed_by,
         medium_absorption.lower, "way", "media do not absorb", without.nothing_absorbed_inside,
+        medium_absorption.acts_on,
     ),
     Effect(
         "crossings", "virtual detectors crossed by a segment", crossings.needed_by, crossings.lower, "way",
@@ -101,7 +109,7 @@ EFFECTS: tuple[Effect, ...] = (
     ),
     Effect(
         "dispersion", "refractive index that depends on wavelength", dispersion.needed_by, dispersion.lower, "surface",
-        "indices are those at the d line, 587.6 nm", without.one_index,
+        "indices are those at the d line, 587.6 nm", without.one_index, dispersion.acts_on,
     ),
     Effect(
         "absorber", "absorption on a surface", absorber.needed_by, _nothing, "surface", "it can't be switched off",
@@ -121,7 +129,7 @@ EFFECTS: tuple[Effect, ...] = (
     ),
     Effect(
         "conductor", "reflection off smooth metals (n + ik)", conductor.needed_by, conductor.lower, "surface",
-        "metals are clear media of their index n", without.clear_metals,
+        "metals are clear media of their index n", without.clear_metals, conductor.acts_on,
     ),
     Effect(
         "thin_film", "interference in thin layers on smooth interfaces", thin_film.needed_by, thin_film.lower,

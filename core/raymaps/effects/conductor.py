@@ -13,7 +13,7 @@ from raymaps.effects.usage import surfaces_of
 from raymaps.materials import Mixture
 from raymaps.scene import Scene
 
-__all__ = ["Data", "lower", "metal_reflectance", "needed_by"]
+__all__ = ["Data", "acts_on", "lower", "metal_reflectance", "needed_by"]
 
 
 class Data(NamedTuple):
@@ -46,6 +46,11 @@ def _is_smooth_interface(scene: Scene, surface: str) -> bool:
     if isinstance(prop, Mixture):
         return any(part.weight > 0 and scene.surfaces[part.surface].kind == "fresnel" for part in prop.parts)
     return prop.kind == "fresnel"
+
+
+def acts_on(data: Data) -> NDArray[np.bool_]:
+    """Media that are metals, (n_media,)."""
+    return data.is_conductor
 
 
 def lower(lowering: Lowering) -> Data:

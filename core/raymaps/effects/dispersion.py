@@ -19,7 +19,7 @@ from raymaps.errors import SceneError
 from raymaps.kinds import SurfaceKind
 from raymaps.scene import Scene
 
-__all__ = ["Data", "drawn_wavelength", "interpolated_index", "lower", "needed_by"]
+__all__ = ["Data", "acts_on", "drawn_wavelength", "interpolated_index", "lower", "needed_by"]
 
 #: Surfaces at which the refractive index decides what happens.
 _REFRACTING = (
@@ -49,6 +49,11 @@ def needed_by(scene: Scene) -> tuple[str, ...]:
         for name, where in used_media(scene).items()
         if scene.media[name].is_dispersive and not scene.media[name].is_conductor
     )
+
+
+def acts_on(data: Data) -> NDArray[np.bool_]:
+    """Media that are dispersive, (n_media,)."""
+    return data.row >= 0
 
 
 def lower(lowering: Lowering) -> Data:

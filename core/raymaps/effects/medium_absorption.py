@@ -13,7 +13,7 @@ from raymaps.effects.usage import used_media
 from raymaps.materials import SpectrumTable
 from raymaps.scene import Scene
 
-__all__ = ["Data", "absorbed_share", "lower", "needed_by"]
+__all__ = ["Data", "absorbed_share", "acts_on", "lower", "needed_by"]
 
 
 class Data(NamedTuple):
@@ -30,6 +30,11 @@ def needed_by(scene: Scene) -> tuple[str, ...]:
         return any(value.value if isinstance(value, SpectrumTable) else value) and not scene.media[name].is_conductor
 
     return tuple(f"medium '{name}' of {where}" for name, where in used_media(scene).items() if absorbs(name))
+
+
+def acts_on(data: Data) -> NDArray[np.bool_]:
+    """Media that absorb, (n_media,)."""
+    return data.absorption.max(axis=1) > 0
 
 
 def lower(lowering: Lowering) -> Data:

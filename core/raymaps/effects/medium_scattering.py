@@ -27,7 +27,7 @@ from raymaps.effects.usage import used_media
 from raymaps.materials import HenyeyGreenstein, IsotropicPhase, SpectrumTable, TabulatedPhase
 from raymaps.scene import Scene
 
-__all__ = ["Data", "FreePath", "drawn_free_path", "lower", "needed_by", "phase_cumulated", "phase_density"]
+__all__ = ["Data", "FreePath", "acts_on", "drawn_free_path", "lower", "needed_by", "phase_cumulated", "phase_density"]
 
 Float = NDArray[np.float64]
 Phase = IsotropicPhase | HenyeyGreenstein | TabulatedPhase
@@ -59,6 +59,11 @@ def needed_by(scene: Scene) -> tuple[str, ...]:
         if not scene.media[name].is_conductor
         and any(_scatters(component.coefficient_per_mm) for component in scene.media[name].scattering)
     )
+
+
+def acts_on(data: Data) -> NDArray[np.bool_]:
+    """Media that scatter, (n_media,)."""
+    return data.mode > 0
 
 
 def lower(lowering: Lowering) -> Data:

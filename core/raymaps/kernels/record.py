@@ -43,12 +43,13 @@ def keep(active, wave, frame, kind, triangle, position, light, medium):
 
 
 @kernel
-def advance(active, wave, is_end):
+def advance(active, wave, is_end, media):
     """Move the rays that go on to their events; the active list keeps only those, in their order.
 
     Parameters
     ----------
     is_end : (256,) bool, which states end a ray
+    media : (n_media,) bool, set for each medium that a ray goes on in
 
     Returns
     -------
@@ -63,6 +64,7 @@ def advance(active, wave, is_end):
             wave.position[i, a] = wave.end[i, a]
         if wave.state[i] != _MEDIUM_SCATTERING:  # which says itself what is close
             wave.triangle[i] = wave.hit[i]
+        media[wave.medium[i]] = True
         active[going_on] = i
         going_on += 1
     return going_on

@@ -136,10 +136,15 @@ def _distance_to_box(px, py, pz, dx, dy, dz, box):
 
 
 @kernel
-def arrive(rays, wave, tables):
+def arrive(rays, wave, tables, met, media):
     """Tell each pending ray which surface property it meets, from which side, and the media before and beyond.
 
     A ray that comes from another medium than the surface's near side has was lost among overlapping or touching bodies.
+
+    Parameters
+    ----------
+    met : (256,) bool, set for each `SurfaceKind` that a ray meets
+    media : (n_media,) bool, set for each medium that lies beyond a surface that a ray meets
     """
     for k in range(len(rays)):
         i = rays[k]
@@ -156,6 +161,8 @@ def arrive(rays, wave, tables):
         wave.near_side[i] = 1 if from_front else -1
         wave.beyond[i] = wave.medium[i] if beyond < 0 else beyond
         wave.surface[i] = tables.face_surface[face]
+        met[tables.surface_kind[wave.surface[i]]] = True
+        media[wave.beyond[i]] = True
         wave.n_near[i] = tables.medium_index[wave.medium[i]]
         wave.n_far[i] = tables.medium_index[wave.beyond[i]]
         if near >= 0 and near != wave.medium[i]:
