@@ -18,6 +18,16 @@ from raymaps.scene.emission import (
     SpectralLines,
     TabulatedEmission,
 )
+from raymaps.scene.exact_surfaces import (
+    BSplineSurface,
+    ConeSurface,
+    CylinderSurface,
+    ExactSurface,
+    OtherSurface,
+    PlaneSurface,
+    SphereSurface,
+    TorusSurface,
+)
 from raymaps.scene.files import load_scene, scene_from_dict, scene_json_schema
 from raymaps.scene.settings import Settings, SpectralBands
 from raymaps.scene.sources import (
@@ -36,15 +46,19 @@ from raymaps.scene.sources import (
 __all__ = [
     "SCENE_FORMAT",
     "SCENE_VERSION",
+    "BSplineSurface",
     "BlackBody",
     "Body",
     "ConeSource",
+    "ConeSurface",
     "CosinePower",
     "CrossingsSource",
+    "CylinderSurface",
     "Detector",
     "DiscSource",
     "EmissionSpectrum",
     "EmissionTable",
+    "ExactSurface",
     "FaceDetector",
     "FaceGroup",
     "FacesSource",
@@ -55,6 +69,8 @@ __all__ = [
     "IntensityTable",
     "LambertianEmission",
     "LuminaireSource",
+    "OtherSurface",
+    "PlaneSurface",
     "PointSource",
     "RaysSource",
     "RectangleDetector",
@@ -63,8 +79,10 @@ __all__ = [
     "Source",
     "SpectralBands",
     "SpectralLines",
+    "SphereSurface",
     "SunSource",
     "TabulatedEmission",
+    "TorusSurface",
     "load_scene",
     "scene_from_dict",
     "scene_json_schema",

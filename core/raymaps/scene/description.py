@@ -10,8 +10,9 @@ from pydantic import Field, PrivateAttr, model_validator
 
 from raymaps.errors import decapitalised, unknown_name
 from raymaps.materials import VACUUM, Medium, MediumOrCatalogue, Mixture, Name, Record, SurfaceProperty, ThinFilm
-from raymaps.scene.bodies import Body, FreeData
+from raymaps.scene.bodies import Body
 from raymaps.scene.detectors import Detector, FaceDetector
+from raymaps.scene.free_data import FreeData
 from raymaps.scene.settings import Settings
 from raymaps.scene.sources import FacesSource, Source
 

@@ -176,7 +176,7 @@ def _unit_hint(context: dict[str, Any], given: Any) -> str:
 #: Forms of values that pydantic names among the fields.
 _FORMS = {
     "bands", "table", "angles", "number", "formula", "isotropic", "henyey_greenstein", "lambertian", "cosine_power",
-    "lines", "black_body", "illuminant",
+    "lines", "black_body", "illuminant", "plane", "cylinder", "cone", "sphere", "torus", "bspline", "other", "kept",
 }  # fmt: skip
 
 

@@ -41,6 +41,9 @@ class Settings(Record):
     roulette_threshold: Number = Field(
         0.1, ge=0, le=1, description="Below this share of its light a ray's losses on surfaces are drawn."
     )
+    surfaces: Literal["exact", "faceted"] = Field(
+        "exact", description="Whether light meets the exact surfaces of CAD faces, or their triangles."
+    )
     spectrum: SpectralBands = Field(SpectralBands(), description="Bands of a spectral simulation.")
     store: Literal["rgb", "spectral"] = Field("rgb", description="What is stored of a spectral simulation.")
     without: tuple[str, ...] = Field((), description="Effects that are switched off, by name.")
