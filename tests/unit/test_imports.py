@@ -23,6 +23,7 @@ ORDER: tuple[tuple[str, ...], ...] = (
     ("materials",),
     ("scene",),
     ("names", "geometry", "traced", "frame", "spectral_data"),
+    ("exact",),
     ("bands",),
     ("store",),
     ("effects",),
