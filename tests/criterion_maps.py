@@ -15,10 +15,10 @@ from types import SimpleNamespace
 import numpy as np
 
 from raymaps.bands import RGB_BANDS
-from raymaps.kinds import ENDINGS, EventKind
+from raymaps.kinds import ENDINGS, KILL_REASONS, EventKind
 from raymaps.names import Names
 from raymaps.scene import Scene
-from raymaps.store import Lights
+from raymaps.store import LedgerEntry, Lights
 from raymaps.store.signatures import NONE, STEP_COLUMNS, SignatureTable
 
 NAMES = Names(
@@ -170,6 +170,8 @@ class MemoryPortion:
             ),
             **{name: steps[:, i].astype(dtype) for i, (name, dtype) in enumerate(STEP_COLUMNS.items())},
         )
+        killed = [LedgerEntry(0, "killed", int(ray[-1].kind), 1.0) for ray in rays if ray[-1].kind in KILL_REASONS]
+        self.summary = SimpleNamespace(ledger=killed)
         self.event_offsets = np.concatenate([[0], np.cumsum([len(ray) for ray in rays], dtype=np.int64)]).astype(
             np.int64
         )

@@ -15,13 +15,14 @@ from raymaps.effects.usage import used_surfaces
 from raymaps.errors import RayMapsError, SceneError
 from raymaps.materials import Mixture, ThinFilm
 from raymaps.results.ledger import energy_ledger
+from raymaps.results.lost import MAX_PLACES, lost_rays, lost_words
 from raymaps.scene import CrossingsSource, EmissionTable, RectangleDetector, Scene, load_scene
 from raymaps.store import RayMap
 from raymaps.store.columns import REMEDY
 
 __all__ = ["Finding", "check", "check_map", "check_scene"]
 
-#: Share of the emitted light that may be killed before it is worth a word.
+#: Share of the emitted light that may be killed for too many events before it is worth a word.
 KILLED_SHARE = 1e-4
 
 
@@ -173,15 +174,15 @@ def _map_findings(raymap: RayMap) -> Iterator[Finding]:
         if n == 0 and present:
             yield Finding(f"Source '{name}' has no ray in the map, so its light is missing: trace more rays.")
     ledger = energy_ledger(raymap)
-    for reason, flux_w in ledger.killed_by_reason_w.items():
-        if flux_w > KILLED_SHARE * ledger.emitted_w:
-            yield Finding(
-                f"{100 * flux_w / ledger.emitted_w:.3g} % of the light was killed ({reason}): {KILL_REMEDIES[reason]}."
-            )
-
-
-KILL_REMEDIES = {
-    "depth": "set settings.max_events higher, or look for light that is trapped",
-    "numerical": "look at those rays by the criterion  event(killed_numerical)",
-    "medium_mismatch": "bodies overlap or touch where the rays of  event(killed_medium_mismatch)  end; leave a gap",
-}
+    too_long_w = ledger.killed_by_reason_w["depth"]
+    if too_long_w > KILLED_SHARE * ledger.emitted_w:
+        yield Finding(
+            f"{100 * too_long_w / ledger.emitted_w:.3g} % of the light was killed (depth): set settings.max_events "
+            "higher, or look for light that is trapped."
+        )
+    lost = lost_rays(raymap)
+    for one in lost[:MAX_PLACES]:
+        yield Finding(one.sentence())
+    if len(lost) > MAX_PLACES:
+        rest = lost[MAX_PLACES:]
+        yield Finding(f"{lost_words(rest)}, got lost at {len(rest)} more places: raymaps info --json tells them.")

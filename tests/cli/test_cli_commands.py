@@ -12,6 +12,7 @@ import pytest
 
 from raymaps import open_map
 from raymaps.scene import scene_json_schema
+from tests.lossy_maps import lossy_map
 
 COMMANDS = ("trace", "info", "query", "paths", "report", "detector", "explain", "view", "check", "schema", "serve")
 
@@ -188,6 +189,24 @@ def test_info(raymaps, small_map):
     assert "2000 of 2000 rays" in text
     assert data["content_hash"] in text
     assert "by medium glass" in text
+
+
+def test_lost_rays_are_told_by_place(raymaps, small_scene, tmp_path):
+    """`info`, `report` and `check` name the place and the criterion, and `view` draws the rays."""
+    path = tmp_path / "lossy.raymap"
+    lossy_map(small_scene, path)
+    lost = raymaps("info", path, "--json").data["lost"]
+    assert lost
+    for one in lost:
+        assert set(one) >= {"body", "face", "reason", "rays", "flux_w", "point_mm"}
+        assert one["criterion"] in raymaps("info", path).out
+        assert one["criterion"] in raymaps("check", path).out
+    assert lost[0]["criterion"] in raymaps("report", path, "--limit", 1).out
+    assert raymaps("report", path, "--limit", 1, "--json").data["lost"] == lost
+    assert raymaps("query", path, lost[0]["criterion"], "--json").data["rays"] == lost[0]["rays"]
+    done = raymaps("view", path, "--where", lost[0]["criterion"], "-o", tmp_path / "lost.html")
+    assert done.code == 0
+    assert (tmp_path / "lost.html").stat().st_size > 3000
 
 
 def test_query(raymaps, small_map):

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from raymaps.results.ledger import Ledger, energy_ledger
+from raymaps.results.lost import Lost, lost_lines, lost_rays, lost_words
 from raymaps.store import RayMap
 from raymaps.units import format_bytes, format_quantity
 
@@ -35,10 +36,11 @@ class MapInfo:
     rays_of_source: dict[str, int]
     without: list[str]
     ledger: Ledger
+    lost: tuple[Lost, ...]
 
     def to_dict(self) -> dict[str, Any]:
         """As in ``raymaps info --json``."""
-        return {**self.__dict__, "ledger": self.ledger.to_dict()}
+        return {**self.__dict__, "ledger": self.ledger.to_dict(), "lost": [one.to_dict() for one in self.lost]}
 
     def to_text(self) -> str:
         """For people."""
@@ -53,6 +55,7 @@ class MapInfo:
             *([f"{'without':<10}{', '.join(self.without)} (switched off)"] if self.without else []),
             "",
             *self._ledger_lines(),
+            *(["", f"lost      {lost_words(self.lost)}", *lost_lines(self.lost)] if self.lost else []),
         ]
         return "\n".join(lines)
 
@@ -70,7 +73,7 @@ class MapInfo:
 
 
 def map_info(raymap: RayMap) -> MapInfo:
-    """Facts about a map, from its manifest and its portions' summaries alone."""
+    """Facts about a map, from its manifest and its portions' summaries; only where rays were lost more is read."""
     manifest = raymap.manifest
     return MapInfo(
         path=str(raymap.path),
@@ -91,4 +94,5 @@ def map_info(raymap: RayMap) -> MapInfo:
         rays_of_source=dict(zip(raymap.names.sources, (int(n) for n in raymap.rays_of_source), strict=True)),
         without=list(raymap.scene.settings.without),
         ledger=energy_ledger(raymap),
+        lost=lost_rays(raymap),
     )

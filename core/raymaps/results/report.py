@@ -19,6 +19,7 @@ from raymaps.criterion import Criterion, QueryResult, query
 from raymaps.errors import CriterionError
 from raymaps.kinds import ENDINGS, OFF_SURFACE, EventKind
 from raymaps.results.incidence import incidence_angles_rad
+from raymaps.results.lost import Lost, lost_rays
 from raymaps.results.words import describe_event
 from raymaps.store.signatures import NONE
 
@@ -115,12 +116,15 @@ class Report:
     rays : tuple of RayHistory
     without : tuple of str
         Effects that were switched off.
+    lost : tuple of Lost
+        Where the map, whatever was asked, lost rays.
     """
 
     map_name: str
     found: QueryResult
     rays: tuple[RayHistory, ...]
     without: tuple[str, ...] = ()
+    lost: tuple[Lost, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """As the command line and the server print it."""
@@ -132,6 +136,7 @@ class Report:
             "flux_w": self.found.flux_w,
             "flux_stderr_w": self.found.flux_stderr_w,
             "without": list(self.without),
+            "lost": [one.to_dict() for one in self.lost],
             "rays": [asdict(ray) for ray in self.rays],
         }
 
@@ -182,7 +187,7 @@ def report(raymap: RayMap, where: Criterion | str | None = None, limit: int = 20
     found = query(raymap, where)  # all of them, for their number and flux
     found = replace(found, ids=found.ids[:limit])
     histories = ray_histories(raymap, found.ids.tolist())
-    return Report(Path(raymap.path).name, found, histories, raymap.scene.settings.without)
+    return Report(Path(raymap.path).name, found, histories, raymap.scene.settings.without, lost_rays(raymap))
 
 
 def ray_histories(raymap: RayMap, rays: Sequence[int]) -> tuple[RayHistory, ...]:

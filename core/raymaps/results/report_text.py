@@ -6,6 +6,7 @@ from __future__ import annotations
 import csv
 import io
 
+from raymaps.results.lost import lost_words
 from raymaps.results.report import DetectorCrossing, RayEvent, RayHistory, Report
 from raymaps.units import format_quantity, format_with_error
 
@@ -26,6 +27,9 @@ def summary_lines(report: Report) -> list[tuple[str, str]]:
         lines.append(("flux", format_with_error(found.flux_w, found.flux_stderr_w)))
     if report.without:
         lines.append(("without", f"{', '.join(report.without)} (switched off)"))
+    if report.lost:
+        most = report.lost[0]
+        lines.append(("lost", f"{lost_words(report.lost)} in the map; most rays at {most.place}: {most.criterion}"))
     return lines
 
 
