@@ -24,6 +24,7 @@ ORDER: tuple[tuple[str, ...], ...] = (
     ("scene",),
     ("names", "geometry", "traced", "frame", "spectral_data"),
     ("exact",),
+    ("solids",),
     ("bands",),
     ("store",),
     ("effects",),
