@@ -66,6 +66,7 @@ def _arguments() -> argparse.Namespace:
 def _measure(folder: Path, arguments: argparse.Namespace, threads: int) -> Measured:
     from benchmarks.asking import measure_answers, measure_opening
     from benchmarks.effects import measure_effect_costs, measure_unused_effects
+    from benchmarks.exact import measure_exact
     from benchmarks.files import measure_size, size_of
     from benchmarks.questions import QUESTIONS
     from benchmarks.results import measure_results
@@ -96,9 +97,14 @@ def _measure(folder: Path, arguments: argparse.Namespace, threads: int) -> Measu
     unused = measure_unused_effects(folder / "unused", min(arguments.rays // 20, 20_000), 6 * repeats)
     tell("what effects cost")
     effects = measure_effect_costs(folder / "effects", min(arguments.rays // 20, 50_000), repeats)
-    return Measured(
-        tuple(speeds), tuple(sizes), tuple(openings), tuple(answers), tuple(results), tuple(unused), tuple(effects)
+    tell("exact surfaces")
+    focus_errors, exact_costs = measure_exact(
+        folder / "exact", min(arguments.rays // 20, 50_000), repeats, 1 if arguments.quick else 12
     )
+    return Measured(
+        tuple(speeds), tuple(sizes), tuple(openings), tuple(answers), tuple(results), tuple(unused), tuple(effects),
+        tuple(focus_errors), tuple(exact_costs),
+    )  # fmt: skip
 
 
 def _tell(started: float, what: str) -> None:

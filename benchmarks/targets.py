@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 from benchmarks.asking import Answer, Opening
 from benchmarks.effects import EffectCost, UnusedEffect
+from benchmarks.exact import ExactCost, FocusError
 from benchmarks.files import Size
 from benchmarks.results import ResultTime
 from benchmarks.scenes import SPECTRAL_BANDS
@@ -30,6 +31,8 @@ class Measured:
     results: tuple[ResultTime, ...]
     unused: tuple[UnusedEffect, ...]
     effects: tuple[EffectCost, ...]
+    focus_errors: tuple[FocusError, ...]
+    exact_costs: tuple[ExactCost, ...]
 
 
 @dataclass(frozen=True)
@@ -80,6 +83,18 @@ def _rows(m: Measured) -> list[Judgement]:
             "yes" if all(u.same_content for u in m.unused) else "no",
         ),
         _row(
+            "focus of a lens on exact surfaces and the coarsest triangles, its error over that on the finest triangles",
+            "less than 1", [(lens, _error_over_finest(m, lens)) for lens in _lenses(m)], 1.0, " times",
+        ),
+        _row(
+            "the same, its time over that on the coarsest triangles whose error is within ten times of the finest's",
+            "less than 1", [(lens, _time_over_triangles(m, lens)) for lens in _lenses(m)], 1.0, " times",
+        ),
+        _row(
+            "exact surfaces against the same triangles without them", "25 % more time at most",
+            [(f"{c.lens}, {c.tolerance_mm:g} mm", 100 * (c.ratio.median - 1)) for c in m.exact_costs], 25.0, " %",
+        ),
+        _row(
             f"open a map of {_many(o.rays for o in m.openings)} rays, in process", "50 ms",
             [(o.scene, 1e3 * o.open.median) for o in m.openings], 50.0, " ms",
         ),
@@ -116,6 +131,31 @@ def _rows(m: Measured) -> list[Judgement]:
             "not measured here",
         ),
     ]  # fmt: skip
+
+
+def _lenses(m: Measured) -> list[str]:
+    return list(dict.fromkeys(error.lens for error in m.focus_errors))
+
+
+def _coarsest_exact(m: Measured, lens: str) -> FocusError:
+    of_lens = [e for e in m.focus_errors if e.lens == lens and e.surfaces == "exact"]
+    return min(of_lens, key=lambda e: e.triangles)
+
+
+def _faceted(m: Measured, lens: str) -> list[FocusError]:
+    """From the coarsest to the finest."""
+    return sorted((e for e in m.focus_errors if e.lens == lens and e.surfaces == "faceted"), key=lambda e: e.triangles)
+
+
+def _error_over_finest(m: Measured, lens: str) -> float:
+    return _coarsest_exact(m, lens).error_mm / _faceted(m, lens)[-1].error_mm
+
+
+def _time_over_triangles(m: Measured, lens: str) -> float:
+    faceted = _faceted(m, lens)
+    rival = next(e for e in faceted if e.error_mm <= 10 * faceted[-1].error_mm)
+    exact = _coarsest_exact(m, lens)
+    return exact.s_per_million_rays.over(rival.s_per_million_rays).median
 
 
 def further_event_s(answers: Iterable[Answer], scene: str) -> float:

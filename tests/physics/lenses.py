@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.geometry import BodyMesh, write_ply
+from raymaps.trace import Tracer, Wave
 from tests.physics.sequential import LensFace
 
 Float = NDArray[np.float64]
@@ -219,3 +220,25 @@ def write_lenses(
     path = folder / f"{name}.scene.json"
     path.write_text(json.dumps(scene), encoding="utf-8")
     return path
+
+
+class Step(NamedTuple):
+    """The rays of a depth, as the tracer has them in float64: at their emission, then after each event."""
+
+    rays: NDArray[np.int32]  # (n,)
+    points_mm: Float  # (n, 3)
+    directions: Float  # (n, 3) in which they go on
+    kind: NDArray[np.uint8]  # (n,) EventKind
+    triangle: NDArray[np.int32]  # (n,)
+
+
+def follow(tracer: Tracer, n_rays: int) -> list[Step]:
+    """Trace rays and return all their steps; stored places would be rounded to a millionth of the scene."""
+    steps = []
+
+    def watch(depth: int, active: NDArray[np.int32], wave: Wave) -> None:
+        points = tracer.compiled.frame.to_mm(wave.end[active])
+        steps.append(Step(active.copy(), points, wave.direction[active], wave.state[active], wave.hit[active]))
+
+    tracer.trace_portion(0, n_rays, watch=watch)
+    return steps
