@@ -11,8 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,19 +20,11 @@ from raymaps.criterion import Area, Criterion, Ellipse, Rectangle, inside_area
 from raymaps.errors import CriterionError, unknown_name
 from raymaps.on_the_way import light_on_the_way
 from raymaps.results.cells import Samples, Sums, rows_that_match, sum_samples
-from raymaps.results.figures import (
-    Asked,
-    Spectrum,
-    Statistic,
-    asked_rays,
-    named,
-    photometric,
-    radiometric,
-    spectrum_of,
-)
+from raymaps.results.detector_map import DetectorMap
+from raymaps.results.detector_result import OVER_AREA, cell_rgb_w, common_fields
+from raymaps.results.figures import Asked, Statistic, asked_rays, photometric, radiometric
 from raymaps.results.regions import cell_areas_mm2, cell_centres_mm, cell_edges_mm
 from raymaps.scene import FaceDetector, FarFieldDetector, RectangleDetector
-from raymaps.units import format_with_error
 
 if TYPE_CHECKING:
     from raymaps.results.face_detector import FaceMap
@@ -43,185 +33,8 @@ if TYPE_CHECKING:
 
 __all__ = ["MAX_CELLS", "DetectorMap", "Statistic", "evaluate_detector"]
 
-Float = NDArray[np.float64]
-
 #: How many cells a detector may be divided into.
 MAX_CELLS = 4_000_000
-#: mm² in a m²: lx are lm/m².
-MM2_PER_M2 = 1e6
-
-
-@dataclass(frozen=True)
-class DetectorMap:
-    """What a detector registered.
-
-    Attributes
-    ----------
-    detector, side : str
-    width_mm, height_mm : float
-        Of the whole detector.
-    resolution : (n_x, n_y)
-    max_angle_deg : float
-        Acceptance angle: 0 is head-on.
-    source, criterion : str or None
-        Which rays count.
-    area : Rectangle, Ellipse or None
-        Region of the detector that counts, in mm from its centre.
-    area_mm2 : float
-        Of the region.
-    rays, crossings : int
-        Rays that were registered, and how often.
-    flux_w : Statistic
-    mean_w_per_mm2, min_w_per_mm2, max_w_per_mm2 : Statistic
-        Irradiance: flux over the region's area, and of the darkest and brightest cell. Cells count whose centre lies in
-        the region (all that overlap it if it holds no centre), and of each the part in the region. The extremes of many
-        noisy cells lie below and above the true ones; a coarser resolution shows how much.
-    uniformity : Statistic or None
-        Minimum over mean; None where no light arrived.
-    cell_flux_w, cell_stderr_w : (n_y, n_x) float64
-        Flux in each cell (its part in the region) and its standard error; the first row is the lowest y.
-    cell_flux_rgb_w : (n_y, n_x, 3) float64
-        Red, green and blue; of a spectral simulation linear sRGB, whose luminance is in units of 683 lm.
-    cell_area_mm2 : (n_y, n_x) float64
-        Area of each cell in the region.
-    flux_lm, mean_lx, min_lx, max_lx : Statistic or None
-        Luminous flux and illuminance, as of the radiant ones; None of an RGB simulation, which knows no lumens.
-    cell_flux_lm, cell_stderr_lm : (n_y, n_x) float64 or None
-    spectrum : Spectrum or None
-        Registered light by band, where spectra were stored.
-    without : tuple of str
-        Effects that were switched off.
-    """
-
-    detector: str
-    side: str
-    width_mm: float
-    height_mm: float
-    resolution: tuple[int, int]
-    max_angle_deg: float
-    source: str | None
-    criterion: str | None
-    area: Area | None
-    area_mm2: float
-    rays: int
-    crossings: int
-    flux_w: Statistic
-    mean_w_per_mm2: Statistic
-    min_w_per_mm2: Statistic
-    max_w_per_mm2: Statistic
-    uniformity: Statistic | None
-    cell_flux_w: Float = field(repr=False)
-    cell_stderr_w: Float = field(repr=False)
-    cell_flux_rgb_w: Float = field(repr=False)
-    cell_area_mm2: Float = field(repr=False)
-    flux_lm: Statistic | None = None
-    mean_lx: Statistic | None = None
-    min_lx: Statistic | None = None
-    max_lx: Statistic | None = None
-    cell_flux_lm: Float | None = field(default=None, repr=False)
-    cell_stderr_lm: Float | None = field(default=None, repr=False)
-    spectrum: Spectrum | None = field(default=None, repr=False)
-    without: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        for array in (self.cell_flux_rgb_w, self.cell_area_mm2):
-            array.setflags(write=False)
-
-    @property
-    def x_edges_mm(self) -> Float:
-        """Borders of the cells along x, (n_x + 1,)."""
-        return cell_edges_mm(self.width_mm, self.resolution[0])
-
-    @property
-    def y_edges_mm(self) -> Float:
-        """Borders of the cells along y, (n_y + 1,)."""
-        return cell_edges_mm(self.height_mm, self.resolution[1])
-
-    @property
-    def irradiance_w_per_mm2(self) -> Float:
-        """Irradiance of each cell, (n_y, n_x); NaN outside the region."""
-        return _over(self.cell_flux_w, self.cell_area_mm2)
-
-    @property
-    def illuminance_lx(self) -> Float | None:
-        """Illuminance of each cell, (n_y, n_x), NaN outside the region; None of an RGB simulation."""
-        return None if self.cell_flux_lm is None else _over(self.cell_flux_lm, self.cell_area_mm2) * MM2_PER_M2
-
-    def to_dict(self) -> dict[str, Any]:
-        """The figures, as the command line and the server print them; arrays are left to `write`."""
-        data: dict[str, Any] = {
-            "detector": self.detector,
-            "side": self.side,
-            "resolution": list(self.resolution),
-            "max_angle_deg": self.max_angle_deg,
-            "source": self.source,
-            "criterion": self.criterion,
-            "area": None if self.area is None else {self.area.word: list(self.area.numbers)},
-            "area_mm2": self.area_mm2,
-            "rays": self.rays,
-            "crossings": self.crossings,
-            "flux_w": self.flux_w.value,
-            "flux_stderr_w": self.flux_w.stderr,
-        }
-        for name in ("mean", "min", "max"):
-            data |= named(getattr(self, f"{name}_w_per_mm2"), name, "w_per_mm2")
-        data["uniformity"] = self.uniformity.value if self.uniformity else None
-        data["uniformity_stderr"] = self.uniformity.stderr if self.uniformity else None
-        if self.flux_lm is not None:
-            data |= named(self.flux_lm, "flux", "lm")
-            for name in ("mean", "min", "max"):
-                data |= named(getattr(self, f"{name}_lx"), name, "lx")
-        if self.spectrum is not None:
-            data["spectrum"] = self.spectrum.to_dict()
-        if self.without:
-            data["without"] = list(self.without)
-        return data
-
-    def to_text(self) -> str:
-        """The figures for people, a line each."""
-        rows = [
-            ("flux", with_lumens(self.flux_w, "W", "", self.flux_lm, "lm")),
-            ("crossings", f"{self.crossings} by {self.rays} rays"),
-        ]
-        for name in ("mean", "min", "max"):
-            figure: Statistic = getattr(self, f"{name}_w_per_mm2")
-            rows.append((name, with_lumens(figure, "W", " per mm²", getattr(self, f"{name}_lx"), "lx")))
-        if self.uniformity:
-            rows.append(("uniformity", f"{self.uniformity.value:.4g} ± {self.uniformity.stderr:.2g} (min / mean)"))
-        rows += without_rows(self.without)
-        title = f"{self.detector}, {self.side} side up to {self.max_angle_deg:g}°"
-        title += f", from {self.source}" if self.source is not None else ""
-        title += f", where {self.criterion}" if self.criterion is not None else ""
-        region = (
-            "all of it"
-            if self.area is None
-            else f"{self.area.word} {', '.join(f'{n:g}' for n in self.area.numbers)} mm"
-        )
-        rows.insert(
-            0, ("region", f"{region}, {self.area_mm2:.6g} mm² in {self.resolution[0]} x {self.resolution[1]} cells")
-        )
-        return "\n".join([title, *(f"  {name:<12}{text}" for name, text in rows)])
-
-    def write(self, path: str | Path) -> Path:
-        """Write a picture (``.png``), a table (``.csv``) or arrays (``.npz``); see `raymaps.results.detector_files`."""
-        from raymaps.results.detector_files import write_detector_map
-
-        return write_detector_map(self, path)
-
-
-def _over(values: Float, areas_mm2: Float) -> Float:
-    return np.divide(values, areas_mm2, np.full_like(values, np.nan), where=areas_mm2 > 0)
-
-
-def with_lumens(figure: Statistic, unit: str, per: str, other: Statistic | None, other_unit: str) -> str:
-    """A radiometric figure for people, and behind it the photometric one if there is one."""
-    text = f"{format_with_error(figure.value, figure.stderr, unit)}{per}"
-    return text if other is None else f"{text}, {format_with_error(other.value, other.stderr, other_unit)}"
-
-
-def without_rows(without: tuple[str, ...]) -> list[tuple[str, str]]:
-    """A row of a text that tells which effects were switched off."""
-    return [("without", ", ".join(without))] if without else []
 
 
 def evaluate_detector(
@@ -315,14 +128,10 @@ def _evaluate_rectangle(
     watts = radiometric(raymap, asked, sums, 0, cell_area_mm2.ravel(), counting.ravel())
     lumens = photometric(raymap, asked, sums, 0, cell_area_mm2.ravel(), counting.ravel())
     shape = cell_area_mm2.shape
-    seen: dict[str, Any] = {} if lumens is None else {
-        "flux_lm": lumens.flux,
-        "mean_lx": lumens.mean.scaled(MM2_PER_M2),
-        "min_lx": lumens.least.scaled(MM2_PER_M2),
-        "max_lx": lumens.most.scaled(MM2_PER_M2),
-        "cell_flux_lm": lumens.cells.reshape(shape),
-        "cell_stderr_lm": lumens.cells_stderr.reshape(shape),
-    }  # fmt: skip
+    seen: dict[str, Any] = common_fields(OVER_AREA, raymap, asked, sums, watts, lumens)
+    if lumens is not None:
+        seen["cell_flux_lm"] = lumens.cells.reshape(shape)
+        seen["cell_stderr_lm"] = lumens.cells_stderr.reshape(shape)
     return DetectorMap(
         detector=name,
         side=detector.side,
@@ -330,31 +139,15 @@ def _evaluate_rectangle(
         height_mm=detector.height_mm,
         resolution=resolution,
         max_angle_deg=detector.max_angle_deg if max_angle_deg is None else float(max_angle_deg),
-        source=asked.source,
-        criterion=asked.criterion,
         area=area,
         area_mm2=area_mm2,
-        rays=sums.n_rays,
-        crossings=sums.n_samples,
-        flux_w=watts.flux,
-        mean_w_per_mm2=watts.mean,
-        min_w_per_mm2=watts.least,
-        max_w_per_mm2=watts.most,
         uniformity=watts.uniformity,
         cell_flux_w=watts.cells.reshape(shape),
         cell_stderr_w=watts.cells_stderr.reshape(shape),
         cell_flux_rgb_w=cell_rgb_w(raymap, sums, 0).reshape(*shape, 3),
         cell_area_mm2=cell_area_mm2,
-        spectrum=spectrum_of(raymap, asked, sums),
-        without=raymap.scene.settings.without,
         **seen,
     )
-
-
-def cell_rgb_w(raymap: RayMap, sums: Sums, division: int) -> Float:
-    """Red, green and blue in each cell, (n_cells, 3)."""
-    ray_flux_w = raymap.source_flux_w / np.maximum(raymap.rays_of_source, 1)
-    return np.asarray(np.einsum("s,scb->cb", ray_flux_w, sums.cells[division].cell_light[:, :, 2:]))
 
 
 def _sum_crossings(

@@ -21,7 +21,7 @@ from raymaps.results.regions import cell_centres_mm
 
 if TYPE_CHECKING:
     from raymaps.formats.photometry_out import Photometry
-    from raymaps.results.detector import DetectorMap
+    from raymaps.results.detector_map import DetectorMap
     from raymaps.results.face_detector import FaceMap
     from raymaps.results.far_field import FarFieldMap
 

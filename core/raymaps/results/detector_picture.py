@@ -9,7 +9,7 @@ import numpy as np
 
 from raymaps.criterion import Ellipse, Rectangle
 from raymaps.errors import MissingPackageError, shortened
-from raymaps.results.detector import DetectorMap
+from raymaps.results.detector_map import DetectorMap
 from raymaps.results.picture_parts import INK, LOOK, PALE, colour_bar, false_colour_scale, with_error
 
 if TYPE_CHECKING:

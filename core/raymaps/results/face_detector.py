@@ -15,10 +15,10 @@ from raymaps.errors import CriterionError
 from raymaps.kinds import KILL_REASONS, OFF_SURFACE, EventKind
 from raymaps.on_the_way import light_on_the_way
 from raymaps.results.cells import Samples, rows_that_match, sum_samples
-from raymaps.results.detector import MM2_PER_M2, cell_rgb_w, with_lumens, without_rows
+from raymaps.results.detector_result import OVER_AREA, AreaResult, cell_rgb_w, common_fields
 from raymaps.results.edges import feature_edges_mm
 from raymaps.results.face_cells import CELLS, FaceCells, divided
-from raymaps.results.figures import Asked, Spectrum, Statistic, named, photometric, radiometric, spectrum_of
+from raymaps.results.figures import Asked, photometric, radiometric
 from raymaps.results.incidence import triangle_normals
 from raymaps.scene import FaceDetector
 
@@ -33,30 +33,19 @@ _NO_HIT = (*OFF_SURFACE, EventKind.EMISSION, EventKind.CROSSING)
 _WORDS = {"incident": "light that arrives", "absorbed": "light that is absorbed"}
 
 
-@dataclass(frozen=True)
-class FaceMap:
-    """Light on faces of a body.
+@dataclass(frozen=True, kw_only=True)
+class FaceMap(AreaResult):
+    """Light on faces of a body; cells are ``(n_cells,)``.
+
+    The extremes are those of patches: pieces of a face of about the same area. Smaller ones, of faces that are small
+    themselves, set no extreme.
 
     Attributes
     ----------
-    detector, body : str
+    body : str
     faces : tuple of str
     measure : str
         ``incident``: all light that arrives, from either side; ``absorbed``: what of it stays.
-    max_angle_deg : float
-        Largest angle of incidence that counts.
-    source, criterion : str or None
-        Which rays count.
-    area_mm2 : float
-        Of the faces.
-    rays, crossings : int
-        Rays that hit the faces, and how often.
-    flux_w : Statistic
-    mean_w_per_mm2, min_w_per_mm2, max_w_per_mm2 : Statistic
-        Flux over the area, of all faces and of their darkest and brightest patch. Patches are pieces of a face of about
-        the same area, `n_patches` of them; smaller ones, of faces that are small themselves, set no extreme.
-    uniformity : Statistic or None
-        Minimum over mean; None where no light arrived.
     n_patches : int
         Number of patches among which the extremes were sought.
     cells : FaceCells
@@ -65,46 +54,15 @@ class FaceMap:
         Face that each cell belongs to.
     edges_mm : (n, 6) float64
         Edges of the body, for pictures.
-    cell_flux_w, cell_stderr_w : (n_cells,) float64
-    cell_flux_rgb_w : (n_cells, 3) float64
-    flux_lm, mean_lx, min_lx, max_lx : Statistic or None
-        As of the radiant ones; None of an RGB simulation.
-    cell_flux_lm, cell_stderr_lm : (n_cells,) float64 or None
-    spectrum : Spectrum or None
-    without : tuple of str
-        Effects that were switched off.
     """
 
-    detector: str
     body: str
     faces: tuple[str, ...]
     measure: str
-    max_angle_deg: float
-    source: str | None
-    criterion: str | None
-    area_mm2: float
-    rays: int
-    crossings: int
-    flux_w: Statistic
-    mean_w_per_mm2: Statistic
-    min_w_per_mm2: Statistic
-    max_w_per_mm2: Statistic
-    uniformity: Statistic | None
     n_patches: int
     cells: FaceCells = field(repr=False)
     cell_face: tuple[str, ...] = field(repr=False)
     edges_mm: Float = field(repr=False)
-    cell_flux_w: Float = field(repr=False)
-    cell_stderr_w: Float = field(repr=False)
-    cell_flux_rgb_w: Float = field(repr=False)
-    flux_lm: Statistic | None = None
-    mean_lx: Statistic | None = None
-    min_lx: Statistic | None = None
-    max_lx: Statistic | None = None
-    cell_flux_lm: Float | None = field(default=None, repr=False)
-    cell_stderr_lm: Float | None = field(default=None, repr=False)
-    spectrum: Spectrum | None = field(default=None, repr=False)
-    without: tuple[str, ...] = ()
 
     @property
     def irradiance_w_per_mm2(self) -> Float:
@@ -114,7 +72,7 @@ class FaceMap:
 
     def to_dict(self) -> dict[str, Any]:
         """The figures, as the command line and the server print them; arrays are left to `write`."""
-        data: dict[str, Any] = {
+        return {
             "detector": self.detector,
             "kind": "face",
             "body": self.body,
@@ -122,52 +80,30 @@ class FaceMap:
             "measure": self.measure,
             "cells": len(self.cell_flux_w),
             "patches": self.n_patches,
-            "max_angle_deg": self.max_angle_deg,
-            "source": self.source,
-            "criterion": self.criterion,
-            "area_mm2": self.area_mm2,
-            "rays": self.rays,
-            "crossings": self.crossings,
-            **named(self.flux_w, "flux", "w"),
+            **self.asked_keys(),
+            **self.radiant_keys(),
+            **self.further_keys(),
         }
-        for name in ("mean", "min", "max"):
-            data |= named(getattr(self, f"{name}_w_per_mm2"), name, "w_per_mm2")
-        data["uniformity"] = self.uniformity.value if self.uniformity else None
-        data["uniformity_stderr"] = self.uniformity.stderr if self.uniformity else None
-        if self.flux_lm is not None:
-            data |= named(self.flux_lm, "flux", "lm")
-            for name in ("mean", "min", "max"):
-                data |= named(getattr(self, f"{name}_lx"), name, "lx")
-        if self.spectrum is not None:
-            data["spectrum"] = self.spectrum.to_dict()
-        if self.without:
-            data["without"] = list(self.without)
-        return data
 
     def conditions(self) -> list[str]:
         """What was asked, in words."""
         told = [_WORDS[self.measure]]
         told += [f"up to {self.max_angle_deg:g}°"] if self.max_angle_deg < 90 else []
-        told += [f"from {self.source}"] if self.source is not None else []
-        return told + ([f"where {self.criterion}"] if self.criterion is not None else [])
+        return told + super().conditions()
 
     def to_text(self) -> str:
         """The figures for people, a line each."""
         faces = f"{len(self.faces)} faces" if len(self.faces) > 3 else ", ".join(self.faces)
-        rows = [
-            ("region", f"{faces} of {self.body}, {self.area_mm2:.6g} mm² in {len(self.cell_flux_w)} cells"),
-            ("flux", with_lumens(self.flux_w, "W", "", self.flux_lm, "lm")),
-            ("hits", f"{self.crossings} by {self.rays} rays"),
-        ]
-        for name in ("mean", "min", "max"):
-            figure: Statistic = getattr(self, f"{name}_w_per_mm2")
-            rows.append((name, with_lumens(figure, "W", " per mm²", getattr(self, f"{name}_lx"), "lx")))
-        if self.uniformity:
-            rows.append(("uniformity", f"{self.uniformity.value:.4g} ± {self.uniformity.stderr:.2g} (min / mean)"))
-        rows.append(("extremes", f"of {self.n_patches} patches"))
-        rows += without_rows(self.without)
-        title = f"{self.detector}, {', '.join(self.conditions())}"
-        return "\n".join([title, *(f"  {name:<12}{text}" for name, text in rows)])
+        return self.as_text(
+            [self.detector, *self.conditions()],
+            [
+                ("region", f"{faces} of {self.body}, {self.area_mm2:.6g} mm² in {len(self.cell_flux_w)} cells"),
+                self.flux_row(),
+                ("hits", f"{self.crossings} by {self.rays} rays"),
+                *self.density_rows(),
+                ("extremes", f"of {self.n_patches} patches"),
+            ],
+        )
 
     def write(self, path: str | Path) -> Path:
         """Write a picture (``.png``), a table (``.csv``) or arrays (``.npz``); see `raymaps.results.detector_files`."""
@@ -233,29 +169,16 @@ def evaluate_faces(
     sized = cells.area_mm2 > 0
     cell_watts = radiometric(raymap, asked, sums, 0, cells.area_mm2, sized)
     cell_lumens = photometric(raymap, asked, sums, 0, cells.area_mm2, sized)
-    seen: dict[str, Any] = {} if lumens is None or cell_lumens is None else {
-        "flux_lm": lumens.flux,
-        "mean_lx": lumens.mean.scaled(MM2_PER_M2),
-        "min_lx": lumens.least.scaled(MM2_PER_M2),
-        "max_lx": lumens.most.scaled(MM2_PER_M2),
-        "cell_flux_lm": cell_lumens.cells,
-        "cell_stderr_lm": cell_lumens.cells_stderr,
-    }  # fmt: skip
+    seen: dict[str, Any] = common_fields(OVER_AREA, raymap, asked, sums, watts, lumens)
+    if cell_lumens is not None:
+        seen |= {"cell_flux_lm": cell_lumens.cells, "cell_stderr_lm": cell_lumens.cells_stderr}
     return FaceMap(
         detector=name,
         body=detector.body,
         faces=tuple(mesh.face_names[i] for i in faces),
         measure=detector.measure,
         max_angle_deg=90.0 if max_angle_deg is None else float(max_angle_deg),
-        source=asked.source,
-        criterion=asked.criterion,
         area_mm2=float(cells.area_mm2.sum()),
-        rays=sums.n_rays,
-        crossings=sums.n_samples,
-        flux_w=watts.flux,
-        mean_w_per_mm2=watts.mean,
-        min_w_per_mm2=watts.least,
-        max_w_per_mm2=watts.most,
         uniformity=watts.uniformity,
         n_patches=int(counting.sum()),
         cells=cells,
@@ -264,8 +187,6 @@ def evaluate_faces(
         cell_flux_w=cell_watts.cells,
         cell_stderr_w=cell_watts.cells_stderr,
         cell_flux_rgb_w=cell_rgb_w(raymap, sums, 0),
-        spectrum=spectrum_of(raymap, asked, sums),
-        without=raymap.scene.settings.without,
         **seen,
     )
 

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from raymaps.kinds import EventKind
 from raymaps.results.beam import beam_angle_deg
 from raymaps.results.cells import Samples, rows_that_match, sum_samples
-from raymaps.results.detector import with_lumens, without_rows
-from raymaps.results.figures import Asked, Figures, Spectrum, Statistic, named, photometric, radiometric, spectrum_of
+from raymaps.results.detector_result import OVER_SOLID_ANGLE, DetectorResult, common_fields
+from raymaps.results.figures import Asked, Figures, Statistic, photometric, radiometric
 from raymaps.results.goniometer import Goniometer
 from raymaps.scene import FarFieldDetector
 
@@ -35,26 +35,20 @@ BEAM_LEVELS = (0.5, 0.1)
 #: Root mean square of the angle between a segment and what is stored of it, in steps of the grid over its length: each
 #: end is rounded evenly within half a step along two axes across.
 _ROUNDING = math.sqrt(2 * 2 / 12)
+#: What light that left has not: an area.
+_OVER_AREA_ONLY = ("mean_w_per_mm2", "min_w_per_mm2", "max_w_per_mm2", "uniformity")
 
 
-@dataclass(frozen=True)
-class FarFieldMap:
-    """Light that left the scene, by direction.
+@dataclass(frozen=True, kw_only=True)
+class FarFieldMap(DetectorResult):
+    """Light that left the scene, by direction; each ray counts once.
 
     Attributes
     ----------
-    detector : str
     axes : (3 axes, 3) float64
         Unit vectors of C = 0 and C = 90 at gamma = 90 degrees, and of gamma = 0.
     resolution : (n_c, n_gamma)
         Half planes, and steps in gamma from 0 to 180 degrees.
-    max_angle_deg : float
-        Largest gamma that counts.
-    source, criterion : str or None
-        Which rays count.
-    rays, crossings : int
-        Rays that left; each does once.
-    flux_w : Statistic
     mean_w_per_sr, min_w_per_sr, max_w_per_sr : Statistic
         Radiant intensity over all directions up to the largest gamma, and in the extreme cells.
     beam_deg : dict of (level, plane) to float or None
@@ -69,23 +63,15 @@ class FarFieldMap:
         Of the cells around the directions ``c_deg``, ``gamma_deg``; of cells that several half planes share, near the
         axis, each has the same part.
     intensity_w_per_sr, intensity_stderr_w_per_sr : (n_c, n_gamma + 1) float64
-    flux_lm, mean_cd, min_cd, max_cd : Statistic or None
-        Luminous flux and intensity; None of an RGB simulation.
+    mean_cd, min_cd, max_cd : Statistic or None
+        Luminous intensity; None of an RGB simulation.
     intensity_cd, intensity_stderr_cd : (n_c, n_gamma + 1) float64 or None
-    spectrum : Spectrum or None
-    without : tuple of str
-        Effects that were switched off.
     """
 
-    detector: str
+    units = OVER_SOLID_ANGLE
+
     axes: Float = field(repr=False)
     resolution: tuple[int, int]
-    max_angle_deg: float
-    source: str | None
-    criterion: str | None
-    rays: int
-    crossings: int
-    flux_w: Statistic
     mean_w_per_sr: Statistic
     min_w_per_sr: Statistic
     max_w_per_sr: Statistic
@@ -98,14 +84,11 @@ class FarFieldMap:
     stderr_of_cell_w: Float = field(repr=False)
     intensity_w_per_sr: Float = field(repr=False)
     intensity_stderr_w_per_sr: Float = field(repr=False)
-    flux_lm: Statistic | None = None
     mean_cd: Statistic | None = None
     min_cd: Statistic | None = None
     max_cd: Statistic | None = None
     intensity_cd: Float | None = field(default=None, repr=False)
     intensity_stderr_cd: Float | None = field(default=None, repr=False)
-    spectrum: Spectrum | None = field(default=None, repr=False)
-    without: tuple[str, ...] = ()
 
     @property
     def c_deg(self) -> Float:
@@ -119,42 +102,26 @@ class FarFieldMap:
 
     def to_dict(self) -> dict[str, Any]:
         """The figures, as the command line and the server print them; arrays are left to `write`."""
-        data: dict[str, Any] = {
+        beams = {f"beam_{level * 100:.0f}_{plane}_deg": width for (level, plane), width in self.beam_deg.items()}
+        return {
             "detector": self.detector,
             "kind": "far_field",
             "axis": self.axes[2].tolist(),
             "x_axis": self.axes[0].tolist(),
             "resolution": list(self.resolution),
-            "max_angle_deg": self.max_angle_deg,
-            "source": self.source,
-            "criterion": self.criterion,
-            "rays": self.rays,
-            "crossings": self.crossings,
-            **named(self.flux_w, "flux", "w"),
+            **self.asked_keys(),
+            **self.radiant_keys(),
+            **beams,
+            "direction_error_deg": self.direction_error_deg,
+            "rays_without_direction": self.rays_without_direction,
+            **dict.fromkeys(_OVER_AREA_ONLY),
+            **self.further_keys(),
         }
-        for name in ("mean", "min", "max"):
-            data |= named(getattr(self, f"{name}_w_per_sr"), name, "w_per_sr")
-        for (level, plane), width in self.beam_deg.items():
-            data[f"beam_{level * 100:.0f}_{plane}_deg"] = width
-        data["direction_error_deg"] = self.direction_error_deg
-        data["rays_without_direction"] = self.rays_without_direction
-        # light that left has no area
-        data |= dict.fromkeys(("mean_w_per_mm2", "min_w_per_mm2", "max_w_per_mm2", "uniformity"))
-        if self.flux_lm is not None:
-            data |= named(self.flux_lm, "flux", "lm")
-            for name in ("mean", "min", "max"):
-                data |= named(getattr(self, f"{name}_cd"), name, "cd")
-        if self.spectrum is not None:
-            data["spectrum"] = self.spectrum.to_dict()
-        if self.without:
-            data["without"] = list(self.without)
-        return data
 
     def conditions(self) -> list[str]:
         """What was asked, in words."""
         told = [f"gamma up to {self.max_angle_deg:g}°"] if self.max_angle_deg < 180 else []
-        told += [f"from {self.source}"] if self.source is not None else []
-        return told + ([f"where {self.criterion}"] if self.criterion is not None else [])
+        return told + super().conditions()
 
     def to_text(self) -> str:
         """The figures for people, a line each."""
@@ -162,12 +129,10 @@ class FarFieldMap:
         axis = ", ".join(f"{x + 0.0:.4g}" for x in self.axes[2])
         rows = [
             ("directions", f"{n_c} half planes C, gamma in steps of {180 / n_gamma:.4g}° from the axis ({axis})"),
-            ("flux", with_lumens(self.flux_w, "W", "", self.flux_lm, "lm")),
+            self.flux_row(),
             ("rays", f"{self.rays}"),
+            *self.density_rows(),
         ]
-        for name in ("mean", "min", "max"):
-            figure: Statistic = getattr(self, f"{name}_w_per_sr")
-            rows.append((name, with_lumens(figure, "W/sr", "", getattr(self, f"{name}_cd"), "cd")))
         for level in BEAM_LEVELS:
             widths = ((words, self.beam_deg[level, plane]) for plane, words in _PLANES.items())
             told = (f"{'none' if width is None else f'{width:.4g}°'} in {words}" for words, width in widths)
@@ -175,9 +140,7 @@ class FarFieldMap:
         rows.append(("precision", f"{self.direction_error_deg:.2g}° of directions"))
         if self.rays_without_direction:
             rows.append(("undirected", f"{self.rays_without_direction} rays left where they were, in no direction"))
-        rows += without_rows(self.without)
-        title = ", ".join([f"{self.detector}, light that left the scene", *self.conditions()])
-        return "\n".join([title, *(f"  {name:<12}{text}" for name, text in rows)])
+        return self.as_text([self.detector, "light that left the scene", *self.conditions()], rows)
 
     def write(self, path: str | Path) -> Path:
         """Write a picture (``.png``), table (``.csv``), arrays (``.npz``), LM-63 (``.ies``) or EULUMDAT (``.ldt``)."""
@@ -242,26 +205,14 @@ def evaluate_far_field(
     light, squares, undirected = (sum(column) for column in zip(*doubts, strict=True)) if doubts else (0.0, 0.0, 0)
     solid_angle_sr = goniometer.on_grid(measure, shared=True)
     intensity, intensity_stderr = _intensities(watts, measure, goniometer)
-    seen: dict[str, Any] = {}
+    seen: dict[str, Any] = common_fields(OVER_SOLID_ANGLE, raymap, asked, sums, watts, lumens)
     if lumens is not None:
-        candela, candela_stderr = _intensities(lumens, measure, goniometer)
-        seen = {
-            "flux_lm": lumens.flux, "mean_cd": lumens.mean, "min_cd": lumens.least, "max_cd": lumens.most,
-            "intensity_cd": candela, "intensity_stderr_cd": candela_stderr,
-        }  # fmt: skip
+        seen["intensity_cd"], seen["intensity_stderr_cd"] = _intensities(lumens, measure, goniometer)
     return FarFieldMap(
         detector=name,
         axes=axes,
         resolution=resolution,
         max_angle_deg=180.0 if max_angle_deg is None else float(max_angle_deg),
-        source=asked.source,
-        criterion=asked.criterion,
-        rays=sums.n_rays,
-        crossings=sums.n_samples,
-        flux_w=watts.flux,
-        mean_w_per_sr=watts.mean,
-        min_w_per_sr=watts.least,
-        max_w_per_sr=watts.most,
         beam_deg={
             (level, plane): beam_angle_deg(np.nan_to_num(intensity), level, c_deg)
             for level in BEAM_LEVELS
@@ -277,8 +228,6 @@ def evaluate_far_field(
         stderr_of_cell_w=goniometer.on_grid(watts.cells_stderr, shared=True),
         intensity_w_per_sr=intensity,
         intensity_stderr_w_per_sr=intensity_stderr,
-        spectrum=spectrum_of(raymap, asked, sums),
-        without=raymap.scene.settings.without,
         **seen,
     )
 

@@ -15,7 +15,8 @@ from raymaps.criterion import Criterion, format_criterion
 from raymaps.errors import SceneError
 from raymaps.geometry import BodyMesh, load_bodies
 from raymaps.results.colours import false_colours, light_colours
-from raymaps.results.detector import DetectorMap, evaluate_detector
+from raymaps.results.detector import evaluate_detector
+from raymaps.results.detector_map import DetectorMap
 from raymaps.results.edges import feature_edges_mm
 from raymaps.results.face_detector import FaceMap
 from raymaps.results.overlay import Overlay, overlay
