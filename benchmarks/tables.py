@@ -193,8 +193,8 @@ def _exact(m: Measured) -> Section:
     note = (
         "A lens of 30 mm in a parallel beam. The error is the root mean square, over rays, of how far a ray meets the "
         "plane of best focus from where a sequential trace in float64 says. The tolerance is how far triangles lie "
-        "from the surface. Traced on one thread; preparing is compiling the scene and Embree's tree. The cost is the CPU "
-        "time over that on the same triangles without exact surfaces, median of rounds in which both take turns, with "
+        "from the surface. Traced on one thread; preparing is compiling the scene and building Embree's tree. The last "
+        "column is the CPU time over that on the same triangles alone, median of rounds in which both take turns, with "
         "the standard error."
     )
     header = (
