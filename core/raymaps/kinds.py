@@ -16,6 +16,7 @@ __all__ = [
     "KILL_REASONS",
     "OFF_SURFACE",
     "EventKind",
+    "ExactKind",
     "SurfaceKind",
 ]
 
@@ -90,3 +91,14 @@ class SurfaceKind(IntEnum):
     GAUSSIAN = 8
     ABG = 9
     BSDF = 10
+
+
+class ExactKind(IntEnum):
+    """Forms of exact surfaces; used while tracing only, never stored."""
+
+    PLANE = 1
+    SPHERE = 2
+    CYLINDER = 3
+    CONE = 4
+    TORUS = 5
+    PATCHES = 6  # a B-spline surface as polynomial patches

@@ -140,6 +140,7 @@ class OtherSurface(_Surface):
 
     type: Literal["other"]
     name: str = Field("", description="What the CAD program calls it.")
+    reason: str = Field("", description="Why it could not be described.")
 
 
 ExactSurface = (

@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Exact surfaces as the flat arrays that `raymaps.kernels.exact` reads.
+
+The numbers of a surface, lengths in frame units. V is a point of it near its faces; its local axes have x along its own
+normal at V (cone: away from the axis) and z along its axis.
+
+    0:3   V; of a torus its centre
+    3:6   x axis, 6:9 y axis, 9:12 z axis
+    12    sphere, cylinder: one over the radius; cone: one over the distance of V from the axis; torus: major radius
+    13    cone: sine of the half angle; torus: minor radius
+    14    cone: cosine of the half angle
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raymaps.exact.faces import ExactFaces
+from raymaps.exact.surfaces import Cone, Cylinder, Plane, Sphere, Surface, Torus
+from raymaps.frame import Frame
+from raymaps.geometry import BodyMesh
+from raymaps.kinds import ExactKind
+
+__all__ = ["ExactTables", "lower_exact"]
+
+Array = NDArray[np.float64]
+
+#: Surfaces that differ by less, in units of the scene, are one.
+SAME = 1e-9
+N_NUMBERS = 16
+KINDS: dict[type, ExactKind] = {
+    Plane: ExactKind.PLANE,
+    Sphere: ExactKind.SPHERE,
+    Cylinder: ExactKind.CYLINDER,
+    Cone: ExactKind.CONE,
+    Torus: ExactKind.TORUS,
+}
+
+
+class ExactTables(NamedTuple):
+    """Exact surfaces for kernels; lengths in frame units."""
+
+    face: NDArray[np.int32]  # (n_faces,) exact surface of each face, -1 facets; equal surfaces are one
+    outward: NDArray[np.float64]  # (n_faces,) outward normal of the body = outward * own normal of the surface
+    kind: NDArray[np.uint8]  # (n_exact,) ExactKind
+    number: NDArray[np.float64]  # (n_exact, 16) see above
+
+
+def lower_exact(meshes: Sequence[BodyMesh], found: ExactFaces, frame: Frame, bounding_corners: Array) -> ExactTables:
+    """Exact surfaces to arrays.
+
+    Parameters
+    ----------
+    meshes : bodies
+    found : see `raymaps.exact.faces.exact_faces`
+    frame : Frame
+    bounding_corners : (n_triangles, 3 corners, 3) float64
+        Bounding mesh of all bodies, mm.
+    """
+    shared = _share(found.surfaces, frame)
+    vertices = [mesh.corners_mm[mesh.triangle_face == face] for mesh in meshes for face in range(len(mesh.face_names))]
+    first = {int(surface): face for face, surface in reversed(list(enumerate(shared))) if surface >= 0}
+    surfaces = [(found.surfaces[first[i]], vertices[first[i]].reshape(-1, 3)) for i in range(len(first))]
+    outward = [
+        1.0 if surface < 0 else _outward(surfaces[surface][0], corners)
+        for surface, corners in zip(shared, vertices, strict=True)
+    ]
+    numbers = [_numbers(surface, points, frame) for surface, points in surfaces if surface is not None]
+    return ExactTables(
+        face=np.array(shared, np.int32),
+        outward=np.array(outward, np.float64),
+        kind=np.array([KINDS[type(surface)] for surface, _ in surfaces], np.uint8),
+        number=np.array(numbers, np.float64).reshape(-1, N_NUMBERS),
+    )
+
+
+def _share(surfaces: Sequence[Surface | None], frame: Frame) -> list[int]:
+    """Index of each face's surface, -1 for none; surfaces that are the same to `SAME` have one."""
+    probes = frame.to_mm(np.random.default_rng(0).uniform(-1, 1, (16, 3)))
+    known: dict[tuple[type, int], list[tuple[int, Array]]] = {}
+    result, n = [], 0
+    for surface in surfaces:
+        if surface is None:
+            result.append(-1)
+            continue
+        seen = surface.height(probes) / frame.unit_mm
+        if isinstance(surface, Plane):
+            seen = seen * np.copysign(1.0, seen[np.argmax(np.abs(seen))])  # either side may be in front
+        cell = int(np.floor(seen[0] / (16 * SAME)))
+        near = [other for c in (cell - 1, cell, cell + 1) for other in known.get((type(surface), c), ())]
+        same = [index for index, other in near if np.abs(other - seen).max() < SAME]
+        if not same:
+            same = [n]
+            n += 1
+            known.setdefault((type(surface), cell), []).append((same[0], seen))
+        result.append(same[0])
+    return result
+
+
+def _outward(surface: Surface | None, corners: Array) -> float:
+    """Whether triangles, (n, 3, 3), look along the surface's own normal (1) or against it (-1)."""
+    if surface is None:
+        return 1.0
+    area = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    own = np.nan_to_num(surface.normal(corners.reshape(-1, 3))).reshape(-1, 3, 3).sum(axis=1)
+    return -1.0 if float(np.einsum("ij,ij->", area, own)) < 0 else 1.0
+
+
+def _numbers(surface: Surface, points: Array, frame: Frame) -> Array:
+    """The row of a surface in ``ExactTables.number``; ``points`` (n, 3) are vertices of one of its faces."""
+    unit = frame.unit_mm
+    x, y, z = np.eye(3)
+    shape: tuple[float, ...] = ()
+    near = points.mean(axis=0)
+    if isinstance(surface, Plane):
+        near, x = surface.nearest(near[None])[0], surface.own_normal
+        y, z = _across(x)
+    elif isinstance(surface, Sphere):
+        x = surface.normal(near[None])[0]
+        near, (y, z) = surface.center + surface.radius * x, _across(x)
+        shape = (unit / surface.radius,)
+    elif isinstance(surface, Cylinder):
+        x, z = surface.normal(near[None])[0], surface.axis
+        near, y = surface.nearest(near[None])[0], np.cross(z, x)
+        shape = (unit / surface.radius,)
+    elif isinstance(surface, Cone):
+        sine, cosine = np.sin(surface.half_angle_rad), np.cos(surface.half_angle_rad)
+        along = (points - surface.apex) @ surface.axis
+        far = points[[np.argmax(along)]]  # any but the apex
+        z = surface.axis
+        x = (surface.normal(far)[0] + sine * z) / cosine
+        y = np.cross(z, x)
+        across = along.max() * sine / cosine
+        near = surface.apex + along.max() * z + across * x
+        shape = (unit / across, sine, cosine)
+    else:
+        near, z = surface.center, surface.axis
+        x, y = _across(z)
+        shape = (surface.major / unit, surface.minor / unit)
+    row = np.concatenate([frame.to_units(near), x, y, z, shape])
+    return np.pad(row, (0, N_NUMBERS - len(row)))
+
+
+def _across(axis: Array) -> tuple[Array, Array]:
+    """Unit vectors that make a right-handed system with a unit vector: (axis, first, second)."""
+    least = np.zeros(3)
+    least[np.argmin(np.abs(axis))] = 1.0
+    first = np.cross(axis, least)
+    first /= np.linalg.norm(first)
+    return first, np.cross(axis, first)
