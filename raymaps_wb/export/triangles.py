@@ -9,7 +9,8 @@ import MeshPart
 from raymaps_wb.errors import ExportError
 
 #: vertices_mm: list of (x, y, z). triangles: list of (i, j, k). faces: list of (index of a CAD face, its triangles).
-Mesh = namedtuple("Mesh", "vertices_mm triangles faces")
+#: is_turned: whether the faces of the shape look inwards, so that the triangles were turned round.
+Mesh = namedtuple("Mesh", "vertices_mm triangles faces is_turned", defaults=(False,))
 
 KEEP_TRIANGLES = 1e6  # mm, a tolerance so wide that a face keeps the triangles that it has
 
@@ -51,7 +52,7 @@ def triangulate(shape, chord_mm, angle_deg, where="shape"):
     if open_edges(mesh) and _is_solid(shape):
         mesh = _weld(mesh, 1e-6 * shape.BoundBox.DiagonalLength)
     if _is_solid(shape) and signed_volume_mm3(mesh) < 0:
-        mesh = mesh._replace(triangles=[(a, c, b) for a, b, c in mesh.triangles])
+        mesh = mesh._replace(triangles=[(a, c, b) for a, b, c in mesh.triangles], is_turned=True)
     return mesh
 
 

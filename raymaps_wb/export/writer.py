@@ -60,7 +60,11 @@ def export_study(study, folder, stem=None, progress=None):
                 "file": file_name,
                 "mm_per_unit": 1.0,
                 "faces": [
-                    {"name": f"Face{index + 1}", "triangles": count, "surface": exact_surface(faces[index])}
+                    {
+                        "name": f"Face{index + 1}",
+                        "triangles": count,
+                        "surface": exact_surface(faces[index], mesh.is_turned),
+                    }
                     for index, count in mesh.faces
                 ],
             }
