@@ -30,6 +30,7 @@ __all__ = [
     "SceneError",
     "TraceError",
     "decapitalised",
+    "listed",
     "shortened",
     "unknown_name",
 ]
@@ -91,6 +92,12 @@ def unknown_name(what: str, name: str, known: Iterable[str]) -> str:
         return f"Unknown {what} '{name}': there is none here."
     shown = ", ".join(f"'{n}'" for n in names[:12]) + (f" and {len(names) - 12} more" if len(names) > 12 else "")
     return f"Unknown {what} '{name}'; known: {shown}."
+
+
+def listed(names: Iterable[str], most: int = 20) -> str:
+    """Names with commas between them; of many the first ones, and how many more."""
+    names = list(names)
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
 def decapitalised(text: str) -> str:

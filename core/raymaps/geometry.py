@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from raymaps.errors import OutputError, SceneError, shortened, unknown_name
+from raymaps.errors import OutputError, SceneError, listed, shortened, unknown_name
 from raymaps.scene import Body, Scene
 
 __all__ = ["BodyMesh", "load_bodies", "winding_number", "write_ply"]
@@ -82,18 +82,23 @@ class BodyMesh:
         return float(np.einsum("ij,ij->", self.corners_mm.mean(axis=1) - origin, self.area_vectors_mm2) / 3)
 
     @cached_property
-    def open_edges(self) -> NDArray[np.int64]:
-        """Triangles (their indices) that have an edge without exactly one opposite partner; empty if closed.
+    def corner_places(self) -> NDArray[np.int64]:
+        """Number of the place of each corner, (n_triangles, 3).
 
-        Vertices that coincide within a ten-millionth of the body's size count as one.
+        Vertices that coincide within a ten-millionth of the body's size are in one place.
         """
         size = float(np.ptp(self.vertices_mm, axis=0).max())
         grid = np.round((self.vertices_mm - self.vertices_mm.min(axis=0)) / (size * 1e-7)).astype(np.int64)
-        _, merged = np.unique(grid, axis=0, return_inverse=True)
-        corner = merged.reshape(-1)[self.triangles]
+        _, place = np.unique(grid, axis=0, return_inverse=True)
+        return place.reshape(-1).astype(np.int64)[self.triangles]
+
+    @cached_property
+    def open_edges(self) -> NDArray[np.int64]:
+        """Triangles (their indices) that have an edge without exactly one opposite partner; empty if closed."""
+        corner = self.corner_places
         start, end = corner.reshape(-1), np.roll(corner, -1, axis=1).reshape(-1)
         real = start != end
-        n = int(merged.max()) + 1
+        n = int(corner.max()) + 1
         forward, backward = start * n + end, end * n + start
         keys, counts = np.unique(forward[real], return_counts=True)
 
@@ -108,6 +113,22 @@ class BodyMesh:
     def is_closed(self) -> bool:
         """Whether the triangles enclose a volume without gaps."""
         return not len(self.open_edges)
+
+    @cached_property
+    def edge_uses(self) -> NDArray[np.int64]:
+        """How many triangles share each edge, whichever way they go, (n_triangles, 3); 0 for an edge without length."""
+        start, end = self.corner_places, np.roll(self.corner_places, -1, axis=1)
+        key = np.minimum(start, end) * (int(start.max()) + 1) + np.maximum(start, end)
+        real = start != end
+        _, edge, count = np.unique(key[real], return_inverse=True, return_counts=True)
+        uses = np.zeros(key.shape, np.int64)
+        uses[real] = count[edge.reshape(-1)]
+        return uses
+
+    @property
+    def is_closed_but_for_turns(self) -> bool:
+        """Whether each edge has a partner, though it may go the wrong way."""
+        return bool((self.edge_uses % 2 == 0).all())
 
     def face_indices(self, names: tuple[str, ...] | None, where: str) -> NDArray[np.int64]:
         """Indices of named faces (all if None); raises `SceneError` for an unknown name."""
@@ -127,9 +148,17 @@ def load_bodies(scene: Scene) -> tuple[BodyMesh, ...]:
     ------
     SceneError
         If a file is missing, empty or not geometry, has NaN, does not have the faces that the scene counts, or is
-        open or inside out although the body has a medium.
+        open or inside out although the body has a medium; its ``faults`` hold a sentence for each such body.
     """
-    return tuple(_load_body(scene.folder, name, body) for name, body in scene.bodies.items())
+    meshes, faults = [], []
+    for name, body in scene.bodies.items():
+        try:
+            meshes.append(_load_body(scene.folder, name, body))
+        except SceneError as error:
+            faults.append(str(error))
+    if faults:
+        raise SceneError(faults[0], tuple(faults))
+    return tuple(meshes)
 
 
 def _load_body(folder: Path, name: str, body: Body) -> BodyMesh:
@@ -162,18 +191,23 @@ def _load_body(folder: Path, name: str, body: Body) -> BodyMesh:
 
 
 def _check_solid(mesh: BodyMesh, medium: str) -> None:
+    """A body that is to hold a medium is closed, and its triangles face outward."""
+    is_to_hold = f"Body '{mesh.name}' is to hold the medium '{medium}' but"
     if not mesh.is_closed:
-        faces = sorted({mesh.face_names[mesh.triangle_face[i]] for i in mesh.open_edges})
-        shown = ", ".join(faces[:5]) + (", …" if len(faces) > 5 else "")
+        n = len(mesh.open_edges)
+        shown = listed([mesh.face_names[i] for i in np.unique(mesh.triangle_face[mesh.open_edges])])
+        where = ", ".join(f"{x:.4g}" for x in mesh.corners_mm[mesh.open_edges[0]].mean(axis=0))
+        if mesh.is_closed_but_for_turns:
+            raise SceneError(
+                f"{is_to_hold} its triangles do not agree which side is outside: {n} have a neighbour that is turned "
+                f"the other way (faces {shown}; one is near {where} mm); turn them, or give the body no medium."
+            )
         raise SceneError(
-            f"Body '{mesh.name}' is to hold the medium '{medium}' but its shell is open: {len(mesh.open_edges)} "
-            f"triangles have an edge without a partner (faces {shown}); close the shell or give the body no medium."
+            f"{is_to_hold} its shell is open: {n} triangles have an edge without a partner (faces {shown}; one is near "
+            f"{where} mm); close the shell or give the body no medium."
         )
     if mesh.volume_mm3 < 0:
-        raise SceneError(
-            f"Body '{mesh.name}' is to hold the medium '{medium}' but is inside out (its volume is "
-            f"{mesh.volume_mm3:.4g} mm³); flip its triangles."
-        )
+        raise SceneError(f"{is_to_hold} is inside out (its volume is {mesh.volume_mm3:.4g} mm³); flip its triangles.")
 
 
 def _read_parts(path: Path, where: str) -> list[tuple[str, NDArray[np.float64], NDArray[np.int64]]]:

@@ -14,6 +14,7 @@ import pytest
 from raymaps.errors import OutputError, SceneError
 from raymaps.geometry import BodyMesh, load_bodies, mesh_digest, winding_number, write_ply
 from raymaps.scene import Scene
+from raymaps.scene.bodies import Geometry
 from tests.store.small_scenes import BOX_FACES, box, mesh, read_ply, sheet
 
 CORNERS = np.array([[0, 0, 0], [2, 0, 0], [0, 3, 0], [0, 0, 5]], float)
@@ -360,6 +361,13 @@ def test_what_is_degenerate_does_not_depend_on_scale(size_mm, place_mm):
     assert part.is_closed
 
 
+def beside(triangle: int) -> set[str]:
+    """Faces of a box on which neighbours of a triangle lie."""
+    corners = box("x", (0, 0, 0), 1).triangles
+    shared = [len(set(corners[triangle]) & set(other)) for other in corners]
+    return {BOX_FACES[i // 2] for i, n in enumerate(shared) if n == 2}
+
+
 @pytest.mark.parametrize("missing", range(12))
 def test_an_open_shell_with_a_medium(tmp_path, missing):
     whole = box("x", (3, 2, 1), 2)
@@ -370,6 +378,7 @@ def test_an_open_shell_with_a_medium(tmp_path, missing):
     assert "open" in text
     assert "'glass'" in text
     assert "3 triangles" in text  # the neighbours of the hole
+    assert all(name in text for name in beside(missing))
     assert load(tmp_path, "a.ply").is_closed is False  # without a medium it may be open
 
 
@@ -382,13 +391,34 @@ def test_a_triangle_turned_round_opens_a_shell(tmp_path):
     triangles = whole.triangles.copy()
     triangles[5] = triangles[5][::-1]
     write_ply(tmp_path / "a.ply", mesh("x", whole.vertices_mm, triangles))
-    assert "open" in refused(tmp_path, "a.ply", "glass")
+    text = refused(tmp_path, "a.ply", "glass", geometry=faces(**dict.fromkeys(BOX_FACES, 2)))
+    assert "do not agree" in text
+    assert "bottom" not in text  # across from the triangle, which is of "front"
+    assert "front" in text
+    assert not load(tmp_path, "a.ply").is_closed
 
 
 def test_a_shell_of_triangles_that_share_no_vertices_is_closed(tmp_path):
     """An STL repeats every corner."""
     (tmp_path / "a.stl").write_bytes(binary_stl(CORNERS, TRIANGLES))
     assert load(tmp_path, "a.stl", "glass").is_closed
+
+
+def test_all_faulty_bodies_are_told(tmp_path):
+    """The error's sentence is of the first, its faults are of all."""
+    whole = box("x", (0, 0, 0), 2)
+    write_ply(tmp_path / "open.ply", mesh("x", whole.vertices_mm, whole.triangles[1:]))
+    write_ply(tmp_path / "turned.ply", mesh("x", whole.vertices_mm, whole.triangles[:, ::-1]))
+    scene = scene_of(tmp_path, "open.ply", "glass")
+    other = scene.bodies["Part"].model_copy(update={"geometry": Geometry(file="turned.ply")})
+    with pytest.raises(SceneError) as caught:
+        load_bodies(scene.model_copy(update={"bodies": {**scene.bodies, "Other": other}}))
+    first, second = caught.value.faults
+    assert str(caught.value) == first
+    assert "'Part'" in first
+    assert "open" in first
+    assert "'Other'" in second
+    assert "inside out" in second
 
 
 def test_inside_out(tmp_path):

@@ -10,22 +10,12 @@ from numpy.typing import NDArray
 
 from raymaps.geometry import BodyMesh
 
-__all__ = ["CREASE_RAD", "facet_slack", "merged_corners", "shared_edges"]
+__all__ = ["CREASE_RAD", "facet_slack", "shared_edges"]
 
 #: Facets that meet at a larger angle meet at an edge of the model: its faces may not be told apart in the file.
 CREASE_RAD = math.radians(40)
 #: Over the sagitta of evenly spaced facets: real tessellations are uneven.
 UNEVEN = 1.5
-#: Vertices within this share of a body's size are one, as in `BodyMesh.open_edges`.
-SAME_PLACE = 1e-7
-
-
-def merged_corners(mesh: BodyMesh) -> NDArray[np.int64]:
-    """(n_triangles, 3) number of the place of each corner: corners in one place have one number."""
-    low = mesh.vertices_mm.min(axis=0)
-    size = float(np.ptp(mesh.vertices_mm, axis=0).max())
-    _, place = np.unique(np.round((mesh.vertices_mm - low) / (size * SAME_PLACE)), axis=0, return_inverse=True)
-    return place.reshape(-1).astype(np.int64)[mesh.triangles]
 
 
 def shared_edges(corner: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -33,7 +23,7 @@ def shared_edges(corner: NDArray[np.int64]) -> NDArray[np.int64]:
 
     Parameters
     ----------
-    corner : (n_triangles, 3) int64, as of `merged_corners`
+    corner : (n_triangles, 3) int64, as of `BodyMesh.corner_places`
 
     Returns
     -------
@@ -58,7 +48,7 @@ def facet_slack(mesh: BodyMesh) -> NDArray[np.float64]:
     -------
     (n_triangles,) float64
     """
-    edges = shared_edges(merged_corners(mesh))
+    edges = shared_edges(mesh.corner_places)
     one, other = edges[:, 0] // 3, edges[:, 1] // 3
     area = 2 * mesh.area_vectors_mm2
     smooth = (mesh.triangle_face[one] == mesh.triangle_face[other]) & ~mesh.degenerate[one] & ~mesh.degenerate[other]
@@ -71,6 +61,7 @@ def facet_slack(mesh: BodyMesh) -> NDArray[np.float64]:
     width = np.minimum(np.linalg.norm(area[one], axis=1), np.linalg.norm(area[other], axis=1)) / length
     turns = (angle < CREASE_RAD) & (angle > 1e-7)  # below: rounding
     rise = np.where(turns, UNEVEN * width * np.tan(angle / 4) / 2, 0.0)
-    n = len(mesh.triangles)
-    slack: NDArray[np.float64] = np.bincount(one, rise, n) + np.bincount(other, rise, n)
+    slack = np.zeros(len(mesh.triangles))
+    np.add.at(slack, one, rise)
+    np.add.at(slack, other, rise)
     return slack

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The loops behind `raymaps.solids`: overlapping boxes, distances between triangles, winding numbers."""
+"""The loops behind `raymaps.solids`: overlapping boxes, distances and crossings of triangles, winding numbers."""
 
 from __future__ import annotations
 
@@ -9,7 +9,15 @@ import numpy as np
 
 from raymaps.jit import kernel
 
-__all__ = ["are_close", "mark_close", "overlapping_boxes", "winding_numbers"]
+__all__ = [
+    "are_close",
+    "crossing_depth",
+    "distances_to",
+    "mark_close",
+    "mark_crossing",
+    "overlapping_boxes",
+    "winding_numbers",
+]
 
 
 @kernel
@@ -196,6 +204,114 @@ def _squared_distance(p, q, r, s):
 def _clamped(t):
     """A parameter of a line segment, kept within its ends."""
     return min(max(t, 0.0), 1.0)
+
+
+@kernel
+def _crossing(a, b):
+    """How far two triangles that go through each other do so, 0 if they don't.
+
+    Each stands on both sides of the plane of the other; what is told is the least that one must move to be clear.
+    """
+    depth = min(_stands_on_both_sides(a, b), _stands_on_both_sides(b, a))
+    if not depth > 0.0:
+        return 0.0
+    for k in range(3):
+        if pierces(a, b[k], b[(k + 1) % 3]) or pierces(b, a[k], a[(k + 1) % 3]):
+            return depth
+    return 0.0
+
+
+@kernel
+def _stands_on_both_sides(a, b):
+    """How far a triangle b reaches to that side of the plane of a to which it reaches less; negative if only to one."""
+    p, q, r = height_over(a, b[0]), height_over(a, b[1]), height_over(a, b[2])
+    return min(max(p, q, r), -min(p, q, r))
+
+
+@kernel
+def crossing_depth(pairs, corners, radius):
+    """How far the triangles of any of the pairs go through each other, 0 if by no more than the sum of their radii.
+
+    Parameters
+    ----------
+    pairs : (n, 2) int64
+    corners : (n_triangles, 3 corners, 3) float64
+    radius : (n_triangles,) float64
+    """
+    deepest = 0.0
+    for k in range(len(pairs)):
+        i, j = pairs[k, 0], pairs[k, 1]
+        depth = _crossing(corners[i], corners[j])
+        if depth > max(deepest, radius[i] + radius[j]):
+            deepest = depth
+    return deepest
+
+
+@kernel
+def mark_crossing(pairs, corners, places, distance, crossing):
+    """Mark triangles that go through each other by more than a distance and have no corner in common.
+
+    Parameters
+    ----------
+    pairs : (n, 2) int64
+    corners : (n_triangles, 3 corners, 3) float64
+    places : (n_triangles, 3) int64, number of the place of each corner
+    distance : float
+    crossing : (n_triangles,) bool, set
+    """
+    for k in range(len(pairs)):
+        i, j = pairs[k, 0], pairs[k, 1]
+        are_neighbours = False
+        for m in range(3):
+            for n in range(3):
+                are_neighbours = are_neighbours or places[i, m] == places[j, n]
+        if not are_neighbours and _crossing(corners[i], corners[j]) > distance:
+            crossing[i] = crossing[j] = True
+
+
+@kernel
+def distances_to(corners, points, distance):
+    """Distance of each point to the nearest triangle.
+
+    Parameters
+    ----------
+    corners : (n_triangles, 3 corners, 3) float64
+    points : (n, 3) float64
+    distance : (n,) float64, filled
+    """
+    for k in range(len(points)):
+        best = np.inf
+        for i in range(len(corners)):
+            if _box_distance(corners[i], points[k]) < best:
+                best = min(best, _distance_to(corners[i], points[k]))
+        distance[k] = best
+
+
+@kernel
+def _box_distance(a, point):
+    """Distance of a point to the box around a triangle."""
+    x = _outside(a[0, 0], a[1, 0], a[2, 0], point[0])
+    y = _outside(a[0, 1], a[1, 1], a[2, 1], point[1])
+    z = _outside(a[0, 2], a[1, 2], a[2, 2], point[2])
+    return _length(x, y, z)
+
+
+@kernel
+def _outside(a, b, c, x):
+    """How far a value is from the range of three values."""
+    return max(min(a, b, c) - x, x - max(a, b, c), 0.0)
+
+
+@kernel
+def _distance_to(a, point):
+    """Distance of a point to a triangle."""
+    height = abs(height_over(a, point))
+    if _stands_over(a, point, height):
+        return height
+    squared = np.inf
+    for k in range(3):
+        squared = min(squared, _squared_distance(a[k], a[(k + 1) % 3], point, point))
+    return math.sqrt(squared)
 
 
 @kernel
