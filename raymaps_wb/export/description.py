@@ -18,7 +18,7 @@ from raymaps_wb.export.surface_properties import surface_property
 from raymaps_wb.objects.detector import Detector
 from raymaps_wb.objects.medium import Medium
 from raymaps_wb.objects.source import Source
-from raymaps_wb.objects.study import OBSERVERS, members
+from raymaps_wb.objects.study import FACETED, OBSERVERS, members
 from raymaps_wb.objects.surface_property import SurfaceProperty
 
 #: scene: dict without geometry. places: dict of body name to BodyPlace. files: SceneFiles that the scene speaks of.
@@ -72,6 +72,7 @@ def describe(study):
             "medium": media[body_media[place]] if place in body_media else None,
             "surface": _body_surface(place, name, body_media, body_surfaces, own, properties, surfaces),
             "face_surfaces": own,
+            **_priority(body_media.get(place)),
         }
     ambient = study.AmbientMedium
     if ambient is not None and ambient not in media:
@@ -132,6 +133,11 @@ def _body_surface(place, name, body_media, body_surfaces, own, properties, surfa
     return next(iter(own.values()))
 
 
+def _priority(medium):
+    """Priority of a body where bodies overlap, from its medium; what is as usual is not named."""
+    return {"priority": medium.Priority} if medium is not None and medium.Priority else {}
+
+
 def _settings(study):
     """Settings of a study; what is as usual is not named."""
     settings = {
@@ -150,6 +156,8 @@ def _settings(study):
         settings["spectrum"] = spectrum
     if study.Store == "Spectral":
         settings["store"] = "spectral"
+    if study.Surfaces == FACETED:
+        settings["surfaces"] = "faceted"
     without = [name.strip() for name in study.Without if name.strip()]
     if without:
         settings["without"] = list(dict.fromkeys(without))

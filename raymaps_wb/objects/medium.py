@@ -83,8 +83,8 @@ class Medium(Proxy):
     """A clear, absorbing or scattering medium or a metal, inside the bodies that it refers to."""
 
     TYPE = "RayMaps::Medium"
-    SCHEMA = 2
-    MIGRATIONS = {1: only_added}
+    SCHEMA = 3
+    MIGRATIONS = {1: only_added, 2: only_added}
     PROPERTIES = (
         Property("App::PropertyEnumeration", "Kind", "Where its figures come from", OWN, choices=KINDS),
         Property(
@@ -230,6 +230,13 @@ class Medium(Proxy):
             "Where your figures come from, for the record",
             "",
             shown_for=(OWN,),
+        ),
+        Property(
+            "App::PropertyInteger",
+            "Priority",
+            "Where bodies overlap, the medium of the higher priority rules; of equals that of the smaller body",
+            0,
+            limits=Limits(-100_000, 100_000),
         ),
         references_property("Bodies filled with this medium"),
     )

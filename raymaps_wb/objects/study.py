@@ -12,14 +12,19 @@ STORES = {
     "RGB": "the light of each event in three bands: small",
     "Spectral": "in all bands of a spectral simulation: larger, and spectra can be asked for afterwards",
 }
+EXACT, FACETED = "Exact", "Faceted"
+SURFACES = {
+    EXACT: "light meets the exact surfaces of CAD faces; where one has none, its triangles",
+    FACETED: "light meets the flat triangles of all faces",
+}
 
 
 class Study(Proxy):
     """A group of media, surface properties, sources, detectors and a result."""
 
     TYPE = "RayMaps::Study"
-    SCHEMA = 2
-    MIGRATIONS = {1: only_added}
+    SCHEMA = 3
+    MIGRATIONS = {1: only_added, 2: only_added}
     PROPERTIES = (
         Property("App::PropertyInteger", "Rays", "Number of rays to simulate", 100_000, limits=Limits(1, 1e12)),
         Property(
@@ -42,6 +47,13 @@ class Study(Proxy):
             "Share of its light (0 to 1) below which losses on surfaces end a ray by chance instead of dimming it",
             0.1,
             limits=Limits(0, 1),
+        ),
+        Property(
+            "App::PropertyEnumeration",
+            "Surfaces",
+            "What light meets where a face is curved",
+            EXACT,
+            choices=SURFACES,
         ),
         Property(
             "App::PropertyLength",

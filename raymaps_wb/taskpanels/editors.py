@@ -36,7 +36,8 @@ class IntegerEditor:
     def __init__(self, obj, prop):
         self.prop = prop
         self.widget = QtWidgets.QSpinBox()
-        self.widget.setRange(0, 2**31 - 1)
+        low = min(0, prop.limits.low) if prop.limits else 0
+        self.widget.setRange(int(low), 2**31 - 1)
         self.widget.setGroupSeparatorShown(True)
         self.widget.setValue(getattr(obj, prop.name))
 

@@ -9,14 +9,14 @@ from raymaps_wb.taskpanels.effects import EffectsEditor
 
 
 class StudyPanel(ObjectPanel):
-    """Rays, limits, fineness of the triangles, the medium around everything, spectral light, and effects."""
+    """Rays, limits, the medium around everything, surfaces and their triangles, spectral light, and effects."""
 
     ICON = "study"
     TITLE = translate("Study")
     EDITORS = {"Without": EffectsEditor}
     SECTIONS = {
         "Rays": translate("Rays"),
-        "ChordTolerance": translate("Triangles"),
+        "Surfaces": translate("Geometry"),
         "SpectrumFromNm": translate("Spectral light"),
     }
 

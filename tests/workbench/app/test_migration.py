@@ -32,6 +32,8 @@ class MigrationTest(DocumentTest):
             shipped = json.load(file)
         for key in ("media", "surfaces", "sources", "detectors", "settings"):
             self.assertEqual(rounded(scene[key]), rounded(shipped[key]))
+        self.assertEqual(study.Surfaces, "Exact")
+        self.assertTrue(all("priority" not in body for body in scene["bodies"].values()))
 
     def test_it_saves_as_the_present_schema(self):
         document = FreeCAD.openDocument(shutil.copy(os.path.join(DOCUMENTS, "schema1.FCStd"), self.folder))
@@ -54,7 +56,7 @@ class MigrationTest(DocumentTest):
         self.assertIn("Coefficients", shown(medium))
         self.assertNotIn("RefractiveIndex", shown(medium))
         medium.Kind = "File"
-        self.assertEqual(shown(medium), {"Kind", "MaterialFile", "Glass", "References"})
+        self.assertEqual(shown(medium), {"Kind", "MaterialFile", "Glass", "Priority", "References"})
         medium.Kind = "Catalogue"
         self.assertIn("Catalogue", shown(medium))
         self.assertNotIn("Index", shown(medium))

@@ -7,12 +7,15 @@ import re
 import shutil
 
 import FreeCAD
-from support import EXAMPLES, DocumentTest, unpaired_edges, volume_mm3
+from support import EXAMPLES, DocumentTest, check_scene, unpaired_edges, volume_mm3
 
+from raymaps_wb.export.fingerprint import fingerprint
+from raymaps_wb.export.rules import faults
+from raymaps_wb.export.writer import export_study
 from raymaps_wb.objects.medium import make_medium
 from raymaps_wb.objects.references import set_references
 from raymaps_wb.objects.source import make_source
-from raymaps_wb.objects.study import studies
+from raymaps_wb.objects.study import members, studies
 
 
 class SceneTest(DocumentTest):
@@ -63,6 +66,26 @@ class SceneTest(DocumentTest):
         study.Rays, study.Seed, study.MaxEvents, study.RouletteThreshold = 7, 8, 9, 0.25
         scene, _ = self.export(study)
         self.assertEqual(scene["settings"], {"rays": 7, "seed": 8, "max_events": 9, "roulette_threshold": 0.25})
+
+    def test_faceted_surfaces_and_priorities(self):
+        study, _, _ = self.full_study()
+        before = fingerprint(study)
+        scene, _ = self.export(study)
+        self.assertNotIn("surfaces", scene["settings"])
+        self.assertEqual([body.get("priority") for body in scene["bodies"].values()], [None, None])
+        study.Surfaces, members(study, "RayMaps::Medium")[0].Priority = "Faceted", -2
+        self.assertNotEqual(fingerprint(study), before)
+        exported = export_study(study, self.folder)
+        self.assertEqual(check_scene(exported.path), [])
+        with open(exported.path, encoding="utf-8") as file:
+            scene = json.load(file)
+        self.assertEqual(scene["settings"]["surfaces"], "faceted")
+        self.assertEqual(
+            {name: body.get("priority") for name, body in scene["bodies"].items()}, {"Lens": -2, "Plate": None}
+        )
+        medium = members(study, "RayMaps::Medium")[0]
+        medium.Priority = 2_000_000
+        self.assertIn("the priority must be at least -100000 and at most 100000, got 2e+06.", faults(medium))
 
     def test_examples_are_what_their_documents_export(self):
         for name in ("led_collimator", "singlet_barrel"):

@@ -120,7 +120,7 @@ class KindsTest(PanelTest):
     def test_media(self):
         medium = make_medium(self.document, self.study_, "stuff")
         panel = self.panel_of(medium)
-        always = {"Kind", "References"}
+        always = {"Kind", "Priority", "References"}
         mixed = {"AbsorptionPerMm", "ScatteringKinds"}
         own = mixed | {"Index", "Extinction", "Reference"}
         self.choose(panel, Kind=media.CATALOGUE)
@@ -169,6 +169,7 @@ class KindsTest(PanelTest):
         sky = make_detector(self.document, self.study_, "sky", "Far field")
         sky.ResolutionC = 24
         self.study_.Store, self.study_.SpectrumToNm, self.study_.Without = "Spectral", 790, ["dispersion"]
+        self.study_.Surfaces, milk.Priority, glass.Priority = "Faceted", -3, 7
         self.document.recompute()
         before = fingerprint(self.study_)
         for obj in [self.study_, *self.study_.Group]:
