@@ -4,5 +4,5 @@
     PYTHONPATH=core:. .venv/bin/python -m docs.drawing [NAME ...]
 
 writes ``docs/pictures/optics_NAME.png``, by default all of them, in a few minutes. Seeds are fixed, so that only the
-version of matplotlib changes a picture.
+version of matplotlib changes a picture; and the machine that of exact surfaces, which tells times.
 """

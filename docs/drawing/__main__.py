@@ -9,12 +9,12 @@ from pathlib import Path
 
 from matplotlib import rc_context
 
-from docs.drawing import detectors, media, scatter, sources, spectra, surfaces
+from docs.drawing import detectors, exact, media, scatter, sources, spectra, surfaces
 from docs.drawing.look import LOOK, save
 
 FIGURES = {
     name.removeprefix("draw_"): getattr(module, name)
-    for module in (spectra, media, surfaces, scatter, sources, detectors)
+    for module in (spectra, media, surfaces, exact, scatter, sources, detectors)
     for name in module.__all__
     if name.startswith("draw_")
 }
