@@ -86,11 +86,11 @@ def metal_reflectance(cos_theta_i: ArrayLike, n_i: ArrayLike, n: ArrayLike, k: A
     the amplitudes r_12 of both polarisations.
     """
     cos, n_i, n, k = (np.asarray(x, np.float64) for x in (cos_theta_i, n_i, n, k))
-    real = n**2 - k**2 - n_i**2 * (1 - cos**2)
-    size = np.hypot(real, 2 * n * k)
-    u2, v2 = (size + real) / 2, (size - real) / 2
-    u, v = np.sqrt(np.maximum(u2, 0)), np.sqrt(np.maximum(v2, 0))
-    r_s = ((n_i * cos - u) ** 2 + v2) / ((n_i * cos + u) ** 2 + v2)
+    real = (n - n_i) * (n + n_i) - k**2 + (n_i * cos) ** 2
+    larger = np.sqrt((np.hypot(real, 2 * n * k) + np.abs(real)) / 2)
+    smaller = np.divide(n * k, larger, out=np.zeros_like(larger), where=larger > 0)  # u v = n k
+    u, v = np.where(real >= 0, larger, smaller), np.where(real >= 0, smaller, larger)
+    r_s = ((n_i * cos - u) ** 2 + v**2) / ((n_i * cos + u) ** 2 + v**2)
     p_u, p_v = (n**2 - k**2) * cos, 2 * n * k * cos
     r_p = ((p_u - n_i * u) ** 2 + (p_v - n_i * v) ** 2) / ((p_u + n_i * u) ** 2 + (p_v + n_i * v) ** 2)
-    return (r_s + r_p) / 2
+    return np.minimum((r_s + r_p) / 2, 1.0)

@@ -44,9 +44,9 @@ def fresnel_reflectance(
     cos_theta_i, n_i, n_t = np.broadcast_arrays(*(np.asarray(x, float) for x in (cos_theta_i, n_i, n_t)))
     if not (np.isfinite(n_i).all() and np.isfinite(n_t).all() and (n_i > 0).all() and (n_t > 0).all()):
         raise ValueError("refractive indices must be finite and > 0")
-    sin2_theta_t = (n_i / n_t) ** 2 * (1 - cos_theta_i**2)
-    total = sin2_theta_t >= 1
-    cos_theta_t = np.sqrt(np.where(total, 0, 1 - sin2_theta_t))
+    cos2_theta_t = ((n_t - n_i) * (n_t + n_i) + (n_i * cos_theta_i) ** 2) / n_t**2
+    total = cos2_theta_t <= 0
+    cos_theta_t = np.sqrt(np.where(total, 0, cos2_theta_t))
     r_s = (n_i * cos_theta_i - n_t * cos_theta_t) / (n_i * cos_theta_i + n_t * cos_theta_t)
     r_p = (n_t * cos_theta_i - n_i * cos_theta_t) / (n_t * cos_theta_i + n_i * cos_theta_t)
     return np.where(total, 1.0, 0.5 * (r_s**2 + r_p**2))

@@ -2,7 +2,8 @@
 """Drawing what happens on a surface whose coefficients differ by band.
 
 While the light that would go on stays above the threshold, what is lost is taken off. Below it the loss is drawn: the
-ray is absorbed whole or goes on with min(light, threshold) (Russian roulette). Light never grows.
+ray is absorbed whole or goes on with min(light, threshold) (Russian roulette). So is a loss that is too small to be
+taken off a float32: a mirror that keeps all but 1e-8 would else lose nothing ever. Light never grows.
 
 With arriving light w (all bands), shares c_1 + ... = c averaged over that light, and light w' that goes on with
 probability p = w c / w', outcome k with c_k / c and band b with l_b C_kb w' / (w c_k), the expectation of band b over
@@ -15,7 +16,10 @@ import numpy as np
 
 from raymaps.jit import kernel
 
-__all__ = ["draw_among", "draw_outcome", "draw_reflection", "total"]
+__all__ = ["SMALL_LOSS", "draw_among", "draw_outcome", "draw_reflection", "total"]
+
+#: Share of the light below which a loss is drawn; rounding to float32 takes up to 2^-25.
+SMALL_LOSS = 2.0**-18
 
 
 @kernel
@@ -34,6 +38,14 @@ def _weighted(light, share):
     for band in range(len(light)):
         result += light[band] * share[band]
     return result
+
+
+@kernel
+def _going_on(arriving, through, threshold):
+    """Light that a ray goes on with if it does, of what arrives and what gets through in the mean."""
+    if through > (1.0 - SMALL_LOSS) * arriving:
+        return max(through, arriving)
+    return max(through, min(arriving, threshold))
 
 
 @kernel
@@ -61,7 +73,7 @@ def draw_reflection(light, share, threshold, u):
     """
     arriving = total(light)
     through = _weighted(light, share)
-    going_on = max(through, min(arriving, threshold))
+    going_on = _going_on(arriving, through, threshold)
     if u * going_on >= through or through <= 0.0:
         light[:] = 0.0
         return False
@@ -87,7 +99,7 @@ def draw_outcome(light, first, second, threshold, u):
     by_first = _weighted(light, first)
     by_second = _weighted(light, second)
     through = by_first + by_second
-    going_on = max(through, min(arriving, threshold))
+    going_on = _going_on(arriving, through, threshold)
     u *= going_on
     if u >= through or through <= 0.0:
         light[:] = 0.0
@@ -117,7 +129,7 @@ def draw_among(light, shares, threshold, u):
     through = 0.0
     for outcome in range(len(shares)):
         through += _weighted(light, shares[outcome])
-    going_on = max(through, min(arriving, threshold))
+    going_on = _going_on(arriving, through, threshold)
     u *= going_on
     if u >= through or through <= 0.0:
         light[:] = 0.0

@@ -11,7 +11,17 @@ import math
 
 from raymaps.jit import kernel
 
-__all__ = ["of_clear_medium", "of_metal"]
+__all__ = ["cos2_of_refraction", "of_clear_medium", "of_metal"]
+
+
+@kernel
+def cos2_of_refraction(cos_i, n_i, n_t):
+    """Square of the cosine of the angle of refraction, at most 1; 0 or less under total internal reflection.
+
+    Snell's law without 1 - sin², of which grazing incidence between nearly equal indices would leave nothing:
+    n_t² cos²_t = (n_t - n_i) (n_t + n_i) + n_i² cos²_i.
+    """
+    return min(1.0, ((n_t - n_i) * (n_t + n_i) + (n_i * cos_i) ** 2) / n_t**2)
 
 
 @kernel
@@ -24,10 +34,10 @@ def of_clear_medium(cos_i, n_i, n_t):
     n_i, n_t : float, > 0
         Refractive index before and beyond.
     """
-    sin2_t = (n_i / n_t) ** 2 * (1.0 - cos_i * cos_i)
-    if sin2_t >= 1.0:
+    cos2_t = cos2_of_refraction(cos_i, n_i, n_t)
+    if cos2_t <= 0.0:
         return 1.0, 0.0
-    cos_t = math.sqrt(1.0 - sin2_t)
+    cos_t = math.sqrt(cos2_t)
     r_s = (n_i * cos_i - n_t * cos_t) / (n_i * cos_i + n_t * cos_t)
     r_p = (n_t * cos_i - n_i * cos_t) / (n_t * cos_i + n_i * cos_t)
     return 0.5 * (r_s * r_s + r_p * r_p), cos_t
@@ -35,9 +45,10 @@ def of_clear_medium(cos_i, n_i, n_t):
 
 @kernel
 def of_metal(cos_i, n_i, n, k):
-    """Power reflectance of the surface of a metal of index n + ik in a medium of index n_i."""
-    epsilon = (complex(n, k) / n_i) ** 2
-    inside = cmath.sqrt(epsilon - (1.0 - cos_i * cos_i))
+    """Power reflectance of the surface of a metal of index n + ik in a medium of index n_i, at most 1."""
+    index = complex(n, k) / n_i
+    epsilon = index * index
+    inside = cmath.sqrt((complex(n - n_i, k) / n_i) * (index + 1.0) + cos_i * cos_i)
     r_s = (cos_i - inside) / (cos_i + inside)
     r_p = (epsilon * cos_i - inside) / (epsilon * cos_i + inside)
-    return 0.5 * (r_s.real**2 + r_s.imag**2 + r_p.real**2 + r_p.imag**2)
+    return min(1.0, 0.5 * (r_s.real**2 + r_s.imag**2 + r_p.real**2 + r_p.imag**2))
