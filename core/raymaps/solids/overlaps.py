@@ -96,7 +96,7 @@ class _Pair:
         self.within = self.depth = 0.0
         self.touching = tuple(row[:0] for row in rows)
         self.kind: Literal["touch", "overlap", "inside", "contains"] | None = None
-        if not len(rows[0]) or not len(rows[1]):
+        if not len(rows[0]) and not len(rows[1]):
             return
         close = np.zeros(len(boxes.radius), np.bool_)
         is_close = False
@@ -104,7 +104,7 @@ class _Pair:
             is_close = bool(mark_close(pairs, boxes.corners, boxes.radius, is_close, close))
             self.depth = max(self.depth, float(crossing_depth(pairs, boxes.corners, boxes.radius)))
         self.touching = tuple(row[close[row]] - boxes.starts[body] for row, body in zip(rows, bodies, strict=True))
-        self.within = sum(float(boxes.radius[row].max()) for row in rows)
+        self.within = sum(float(boxes.radius[row].max(initial=0.0)) for row in rows)
 
         inside = [_depths(boxes, rows[k], bodies[1 - k], self.within) for k in (0, 1)]
         whole = [

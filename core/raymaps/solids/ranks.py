@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from raymaps.geometry import BodyMesh
 from raymaps.scene import Scene
 
-__all__ = ["SAME_VOLUME", "medium_at", "medium_of", "rank_solids", "solids_at"]
+__all__ = ["SAME_VOLUME", "medium_at", "medium_of", "rank_solids", "solids_at", "why_it_rules"]
 
 #: Volumes that differ by less, relative to each other, are equal: moving or turning a scene changes their last digits.
 SAME_VOLUME = 1e-9
@@ -23,6 +23,15 @@ def rank_solids(scene: Scene, meshes: tuple[BodyMesh, ...]) -> tuple[int, ...]:
     priority = [body.priority for body in scene.bodies.values()]
     size = dict(zip(solids, _size_classes([meshes[i].volume_mm3 for i in solids]), strict=True))
     return tuple(sorted(solids, key=lambda i: (-priority[i], size[i], -i)))
+
+
+def why_it_rules(scene: Scene, meshes: tuple[BodyMesh, ...], ruling: int, other: int) -> str:
+    """Reason in words why one body rules where it has space in common with another."""
+    bodies = list(scene.bodies.values())
+    if bodies[ruling].priority != bodies[other].priority:
+        return "its priority is higher"
+    small, large = _size_classes([meshes[ruling].volume_mm3, meshes[other].volume_mm3])
+    return "it is smaller" if small != large else "it is later in the scene"
 
 
 def _size_classes(volumes: list[float]) -> list[int]:

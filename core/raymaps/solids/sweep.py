@@ -58,6 +58,8 @@ class Boxes:
 
         itself = second is None
         second = first if second is None else second
+        if not len(first) or not len(second):
+            return
         work = [self._work(first, second, axis) for axis in range(3)]
         axis = work.index(min(work))
         first = first[np.argsort(self.low[first, axis], kind="stable")]
@@ -83,7 +85,6 @@ class Boxes:
 
         first, second = self.rows_near(a, b), self.rows_near(b, a)
         found = False
-        if len(first) and len(second):
-            for pairs in self.pairs(first, second):
-                found = mark_close(pairs, self.corners, self.radius, found, close)
-        return bool(found)
+        for pairs in self.pairs(first, second):
+            found = bool(mark_close(pairs, self.corners, self.radius, found, close))
+        return found
