@@ -234,7 +234,7 @@ def sum_at(at: Places, vectors: Float) -> Float:
 
 def unit(vectors: Float) -> tuple[Float, NDArray[np.bool_]]:
     """Vectors of length one, and which those are; the others, of no length or not finite, become 0."""
-    length = np.linalg.norm(vectors, axis=-1)
+    length = np.sqrt(np.einsum("...j,...j->...", vectors, vectors))
     ok = np.isfinite(length) & (length > 0)
     return np.where(ok[..., None], vectors, 0.0) / np.where(ok, length, 1.0)[..., None], ok
 

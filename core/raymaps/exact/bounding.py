@@ -38,6 +38,7 @@ from raymaps.exact.borders import (
     sum_at,
     unit,
 )
+from raymaps.exact.surfaces import Plane
 from raymaps.geometry import BodyMesh
 
 __all__ = ["Borders", "Bounds", "borders", "bounding_corners"]
@@ -48,7 +49,7 @@ Flags = NDArray[np.bool_]
 #: Facets stand beyond the surface by this factor more than the four places that are looked at call for.
 MARGIN = 1.2
 #: A surface nearer to its facets than this times its body's size is plane.
-FLAT = 1e-9
+FLAT = 1e-7
 #: Normals of planes that differ less, in radians, are those of one plane.
 SAME_PLANE_RAD = 1e-5
 #: Faces whose outward normals differ less go on into each other: they move as one.
@@ -61,7 +62,7 @@ SOLVING_STEPS = 3
 #: Rounding of Embree's single precision, relative to the scene: what facets that end on others overlap by.
 OVERLAP = 2.0**-21
 #: Rounds of evening out what folds triangles over, and of halving it where that does not help.
-EVENING_ROUNDS, HALVING_ROUNDS = 4, 12
+EVENING_ROUNDS, HALVING_ROUNDS = 12, 12
 
 
 class Bounds(NamedTuple):
@@ -107,8 +108,8 @@ def bounding_corners(meshes: Sequence[BodyMesh], surfaces: Sequence[ExactSurface
     surfaces : exact surface of each face of all bodies, None for facets
     """
     joined = join(meshes)
-    if not len(joined.face):
-        return Bounds(joined.corners, np.zeros(0))
+    if all(surface is None for surface in surfaces):
+        return Bounds(joined.corners, np.zeros(len(joined.corners)))
     at = places(joined)
     normal, stays, sign = _normals(joined, at, surfaces)
     heights = _heights(joined, at, surfaces, sign)
@@ -188,7 +189,7 @@ def _height_of(surfaces: Sequence[ExactSurface | None], sign: Float, face: Index
     height = np.zeros(len(face))
     for this, chosen in runs_of_faces(face):
         surface = surfaces[this]
-        if surface is not None:
+        if surface is not None and not isinstance(surface, Plane):
             height[chosen] = sign[this] * np.nan_to_num(surface.height(points[chosen]), posinf=0.0, neginf=0.0)
     return height
 
