@@ -8,26 +8,27 @@ from collections import namedtuple
 import Part
 
 from raymaps_wb.errors import ExportError
-from raymaps_wb.export.bodies import body_names, label_of, resolve, resolve_all, shape_of
+from raymaps_wb.export.bodies import body_names, in_document_order, label_of, resolve, resolve_all, shape_of
 from raymaps_wb.export.description import describe, unique_names
 from raymaps_wb.export.detectors import detector
 from raymaps_wb.export.media import medium
 from raymaps_wb.export.placing import global_placement
 from raymaps_wb.export.rules import faults
 from raymaps_wb.export.scene_files import SceneFiles
+from raymaps_wb.export.shapes import crosses_itself, crossing_faces, faulty_faces, is_smaller, shared_volume_mm3
 from raymaps_wb.export.sources import source
 from raymaps_wb.export.surface_properties import surface_property
+from raymaps_wb.export.surfaces import exact_surface
 from raymaps_wb.objects.detector import Detector
 from raymaps_wb.objects.medium import Medium
 from raymaps_wb.objects.source import Source
-from raymaps_wb.objects.study import members
+from raymaps_wb.objects.study import FACETED, members
 from raymaps_wb.objects.surface_property import SurfaceProperty
 
 #: blocks: whether a run is pointless. text: one sentence. obj: what to select, None for the study as a whole.
 #: spoils: whether a run goes through and its figures are most likely wrong.
 Problem = namedtuple("Problem", "blocks text obj spoils", defaults=(False,))
 
-TOUCH_MM = 1e-4
 INTERFACES = ("fresnel", "rough", "thin_film")  # surface kinds between two media
 INSIDE_MM = 1e-6
 
@@ -39,9 +40,9 @@ def check_study(study, distances=True, limit_s=math.inf):
     ----------
     study : document object
     distances : bool
-        Also look for bodies that touch or overlap, which takes a while for many bodies.
+        Also look at surfaces and for bodies that overlap, which takes a while for many bodies.
     limit_s : float
-        Look no longer than this at the distances of bodies.
+        Look about as long as this at surfaces, and at overlaps; without a limit also for solids that cross themselves.
 
     Returns
     -------
@@ -61,7 +62,10 @@ def check_study(study, distances=True, limit_s=math.inf):
     problems += _shapes(study, names)
     problems += _buried_sources(study, names)
     if distances:
-        problems += _touching(study, names, limit_s)
+        problems += _facets(study, names, limit_s)
+        problems += _overlaps(study, names, limit_s)
+    if distances and limit_s == math.inf:  # nothing ends this one in time
+        problems += _crossings(names)
     problems += _left_out(study, places)
     if not members(study, Detector.TYPE):
         problems.append(Problem(False, "There is no detector; rays can be asked for, but no irradiance.", None))
@@ -99,7 +103,7 @@ def _places(study, problems):
                 places += [place for place, _ in resolve_all(obj)]
             except ExportError as error:
                 problems.append(Problem(True, str(error), obj))
-    return list(dict.fromkeys(places))
+    return in_document_order(places)
 
 
 def _interfaces(scene):
@@ -131,8 +135,48 @@ def _shapes(study, names):
                 Problem(True, f"Body '{name}' has a medium but is not a solid; close it or remove the medium.", None)
             )
         if not shape.isValid():
-            text = f"Body '{name}' has faulty geometry; see Part's 'Check geometry', light may leak through it."
+            faces, words = faulty_faces(shape)
+            where = f" in {_some(faces)}" if faces else ""
+            what = f" ({', '.join(words)})" if words else ""
+            text = f"Body '{name}' has faulty geometry{where}{what}; see Part's 'Check geometry'"
+            problems.append(Problem(False, f"{text}, light may leak through it.", None, True))
+    return problems
+
+
+def _crossings(names):
+    """Solids whose own faces cross."""
+    problems = []
+    for place, name in names.items():
+        shape = shape_of(place)
+        if shape.Solids and shape.isValid() and crosses_itself(shape):
+            pairs = [f"{a} with {b}" for a, b in crossing_faces(shape)]
+            what = f"has faces that meet or cross ({_some(pairs)})" if pairs else "intersects itself"
+            text = f"Body '{name}' {what}; make it one sound solid, light may leak through it."
             problems.append(Problem(False, text, None, True))
+    return problems
+
+
+def _some(words, most=5):
+    return ", ".join(words[:most]) + (f" and {len(words) - most} more" if len(words) > most else "")
+
+
+def _facets(study, names, limit_s):
+    """Faces that have no exact surface, so that light meets their triangles."""
+    if study.Surfaces == FACETED:
+        return []
+    end, problems = time.monotonic() + limit_s, []
+    for place, name in names.items():
+        if time.monotonic() > end:
+            break
+        reasons: dict[str, list[str]] = {}
+        for i, face in enumerate(shape_of(place).Faces, 1):
+            data = exact_surface(face)
+            if data["type"] == "other":
+                reasons.setdefault(f"{data['name']}: {data['reason']}", []).append(f"Face{i}")
+        for reason, faces in reasons.items():
+            text = f"Body '{name}': light meets the triangles of {_some(faces)}, not the surface ({reason})"
+            chord = f"they keep to it within the chord tolerance of {float(study.ChordTolerance):g} mm"
+            problems.append(Problem(False, f"{text}; {chord}.", None))
     return problems
 
 
@@ -159,24 +203,38 @@ def _resolved(obj):
         return []
 
 
-def _touching(study, names, limit_s):
-    """Bodies that touch or overlap where one of them has a medium; to opaque ones it does no harm."""
-    filled = {place for obj in members(study, Medium.TYPE) for place in _resolved(obj)}
-    end = time.monotonic() + limit_s
-    shapes = [(name, shape_of(place), place in filled) for place, name in names.items()]
-    problems: list[Problem] = []
-    for i, (name_a, a, is_filled) in enumerate(shapes):
-        for name_b, b, is_other_filled in shapes[i + 1 :]:
-            if not (is_filled or is_other_filled):
-                continue
+def _overlaps(study, names, limit_s):
+    """Pairs of bodies with media that share space: which of them rules there. Bodies that touch are no problem."""
+    end, problems = time.monotonic() + limit_s, []
+    media = {place: obj for obj in members(study, Medium.TYPE) for place in _resolved(obj)}
+    solids = [(place, name, shape_of(place)) for place, name in names.items() if place in media]
+    solids = [(place, name, shape) for place, name, shape in solids if shape.Solids and shape.isValid()]
+    for i, (place_a, name_a, a) in enumerate(solids):
+        for place_b, name_b, b in solids[i + 1 :]:
             if time.monotonic() > end:
                 return problems
-            box = a.BoundBox
-            box.enlarge(TOUCH_MM)
-            if box.intersect(b.BoundBox) and a.distToShape(b)[0] < TOUCH_MM:
-                text = f"Bodies '{name_a}' and '{name_b}' touch or overlap, which is not supported yet"
-                problems.append(Problem(False, f"{text}; leave a gap of 0.01 mm or more.", None, True))
+            try:
+                volume_mm3 = shared_volume_mm3(a, b)
+            except RuntimeError as error:
+                text = f"FreeCAD can't tell whether the bodies '{name_a}' and '{name_b}' overlap ({error})."
+                problems.append(Problem(False, text, None))
+                continue
+            if volume_mm3 > 0:
+                first_rules, why = _which_rules(media[place_a], a, media[place_b], b)
+                ruling = name_a if first_rules else name_b
+                text = f"Bodies '{name_a}' and '{name_b}' overlap by {volume_mm3:.3g} mm\u00b3, where '{ruling}' rules"
+                problems.append(Problem(False, f"{text}: {why}.", None))
     return problems
+
+
+def _which_rules(medium_a, a, medium_b, b):
+    """Whether the first of two overlapping bodies rules, and why; the second comes later in the scene."""
+    if medium_a.Priority != medium_b.Priority:
+        return medium_a.Priority > medium_b.Priority, "its medium has the higher priority"
+    for shape, other, is_first in ((a, b, True), (b, a, False)):
+        if is_smaller(abs(shape.Volume), abs(other.Volume)):
+            return is_first, "of equal priorities the smaller body does"
+    return False, "of bodies of one size and priority the later one does"
 
 
 def _left_out(study, places):

@@ -1,11 +1,16 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """What is wrong with a study is told in one sentence each, and stops the export."""
 
+import os
+
+import FreeCAD
 import Part
-from support import DocumentTest
+from support import DocumentTest, ask_core
 
 from raymaps_wb.errors import ExportError
 from raymaps_wb.export.check import check_study
+from raymaps_wb.export.writer import file_stem
+from raymaps_wb.objects.detector import make_detector
 from raymaps_wb.objects.medium import make_medium
 from raymaps_wb.objects.references import set_references
 from raymaps_wb.objects.source import make_source
@@ -95,11 +100,104 @@ class CheckTest(DocumentTest):
         set_references(source, [(lens, "Face1"), (plate, "Face1")])
         self.assert_refused(study, "Glow", "more than one body")
 
-    def test_bodies_that_touch_are_told(self):
-        boxes = [self.box(f"B{i}") for i in range(2)]
-        boxes[1].Placement.Base = self.vector(10, 0, 0)
-        texts = [problem.text for problem in check_study(self.study(*((box, "") for box in boxes)))]
-        self.assertTrue(any("touch or overlap" in text for text in texts), texts)
+    def boxes(self, *widths_and_places):
+        """Boxes of some widths along x at some places, 20 by 30 mm across, and a study with PMMA in each."""
+        boxes = []
+        for i, (width, x) in enumerate(widths_and_places):
+            boxes.append(self.box(f"B{i}", (width, 20, 30)))
+            boxes[-1].Placement.Base = self.vector(x, 0, 0)
+        study = self.study((boxes[0], ""))
+        for box in boxes[1:]:
+            set_references(make_medium(self.document, study, f"in {box.Label}"), [(box, "")])
+        make_detector(self.document, study)
+        self.document.recompute()
+        return study, members(study, "RayMaps::Medium")
+
+    def test_bodies_with_media_may_touch(self):
+        study, _ = self.boxes((10, 0), (10, 10))
+        self.assertEqual(check_study(study), [])
+
+    def test_which_of_two_overlapping_bodies_rules_is_told(self):
+        for widths, priorities, expected in (
+            ((10, 8), (0, 0), "overlap by 600 mm\u00b3, where 'B1' rules: of equal priorities the smaller body does."),
+            ((8, 12), (0, 0), "overlap by 600 mm\u00b3, where 'B0' rules: of equal priorities the smaller body does."),
+            (
+                (10, 10),
+                (3, 3),
+                "overlap by 600 mm\u00b3, where 'B1' rules: of bodies of one size and priority the later",
+            ),
+            ((10, 8), (0, -1), "overlap by 600 mm\u00b3, where 'B0' rules: its medium has the higher priority."),
+            ((8, 10), (0, 1), "overlap by 600 mm\u00b3, where 'B1' rules: its medium has the higher priority."),
+        ):
+            study, media = self.boxes((widths[0], 0), (widths[1], widths[0] - 1))
+            for medium, priority in zip(media, priorities, strict=True):
+                medium.Priority = priority
+            (problem,) = check_study(study)
+            self.assertIn(expected, problem.text)
+            self.assertEqual((problem.blocks, problem.spoils), (False, False))
+            self.assertEqual(ruling_of_core(self.export_path(study)), expected.split("'")[1])
+            for name in [obj.Name for obj in reversed(self.document.Objects)]:
+                self.document.removeObject(name)
+
+    def export_path(self, study):
+        self.export(study)
+        return os.path.join(self.folder, file_stem(study.Label) + ".scene.json")
+
+    def test_a_body_within_another(self):
+        study, _ = self.boxes((10, 0))
+        bubble = self.document.addObject("Part::Sphere", "Bubble")
+        bubble.Radius, bubble.Placement.Base = 2, self.vector(5, 10, 15)
+        set_references(make_medium(self.document, study, "air"), [(bubble, "")])
+        self.document.recompute()
+        (problem,) = check_study(study)
+        self.assertIn("'B0' and 'Bubble' overlap by 33.5 mm\u00b3, where 'Bubble' rules", problem.text)
+
+    def test_faces_without_an_exact_surface_are_told(self):
+        curve = Part.BSplineCurve()
+        curve.interpolate([FreeCAD.Vector(*p) for p in ((2, 0, 0), (3, 0, 2), (5, 0, 3))])
+        free = curve.toShape().extrude(FreeCAD.Vector(0, 5, 0)).makeOffsetShape(0.5, 1e-3)
+        sheet = self.document.addObject("Part::Feature", "Sheet")
+        sheet.Shape = free
+        self.assertEqual([type(face.Surface).__name__ for face in free.Faces], ["OffsetSurface"])
+        study, _, _ = self.full_study()
+        set_references(make_surface_property(self.document, study, "white"), [(sheet, "")])
+        self.document.recompute()
+        (problem,) = check_study(study)
+        self.assertIn("Body 'Sheet': light meets the triangles of Face1", problem.text)
+        self.assertIn("an offset of a free surface has no exact form", problem.text)
+        self.assertIn("chord tolerance of 0.02 mm.", problem.text)
+        self.assertEqual((problem.blocks, problem.spoils), (False, False))
+        scene, _ = self.export(study)
+        self.assertEqual(scene["bodies"]["Sheet"]["geometry"]["faces"][0]["surface"]["type"], "other")
+        study.Surfaces = "Faceted"
+        self.assertEqual(check_study(study), [])
+
+    def test_faulty_faces_are_named(self):
+        vectors = [FreeCAD.Vector(*p) for p in ((0, 0, 0), (10, 0, 0), (10, 10, 0), (0, 10, 0), (0, 0, 0))]
+        hole = [v * 0.5 + FreeCAD.Vector(7, 7, 0) for v in vectors]
+        plate = Part.Face([Part.makePolygon(vectors), Part.makePolygon(hole)]).extrude(FreeCAD.Vector(0, 0, 3))
+        obj = self.document.addObject("Part::Feature", "Odd")
+        obj.Shape = plate
+        study, _, _ = self.full_study()
+        set_references(make_surface_property(self.document, study, "white"), [(obj, "")])
+        self.document.recompute()
+        problem = next(problem for problem in check_study(study) if "'Odd'" in problem.text)
+        self.assertIn("has faulty geometry in Face9, Face10 (intersecting wires)", problem.text)
+        self.assertTrue(problem.spoils)
+
+    def test_a_body_that_crosses_itself(self):
+        obj = self.document.addObject("Part::Feature", "Twice")
+        boxes = [Part.makeBox(10, 10, 10), Part.makeBox(10, 10, 10, FreeCAD.Vector(5, 5, 5))]
+        obj.Shape = Part.makeCompound(boxes)
+        study = self.study((obj, ""))
+        make_detector(self.document, study)
+        (problem,) = check_study(study)
+        self.assertIn("Body 'Twice' has faces that meet or cross (Face2 with Face9", problem.text)
+        self.assertTrue(problem.spoils)
+        self.assertEqual(check_study(study, limit_s=60), [])  # before a run there is no time for it
+        obj.Shape = Part.makeCompound([boxes[0], Part.makeBox(10, 10, 10, FreeCAD.Vector(25, 5, 5))])
+        self.document.recompute()
+        self.assertEqual(check_study(study), [])
 
     def test_opaque_bodies_may_touch(self):
         study, _, plate = self.full_study()
@@ -150,3 +248,13 @@ class CheckTest(DocumentTest):
         with self.assertRaises(ExportError) as caught:
             self.export(study)
         self.assertIn("can't be written", str(caught.exception))
+
+
+def ruling_of_core(path):
+    """The body of a scene that the tracer takes for the highest in rank."""
+    code = (
+        "import raymaps.scene as s, raymaps.geometry as g, raymaps.solids.ranks as r\n"
+        f"scene = s.load_scene({path!r})\n"
+        "print(list(scene.bodies)[r.rank_solids(scene, g.load_bodies(scene))[0]])"
+    )
+    return ask_core(code).strip()
