@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.bands import RGB_BANDS, Bands, spectral_bands
+from raymaps.boundary import LoweredBoundary, lower_boundary
 from raymaps.effects import EFFECTS, Lowering, needed_effects, scene_without
 from raymaps.effects.usage import used_surfaces
 from raymaps.errors import SceneError
@@ -48,13 +49,16 @@ from raymaps.scene import (
     Settings,
     SunSource,
 )
+from raymaps.solids import CONTACT, medium_at, medium_of, solids_at
 
 __all__ = ["CompiledScene", "Tables", "compile_scene"]
 
 #: Name of the medium outside all bodies where a scene names none.
 VACUUM_NAME = "vacuum"
-#: Points of a body's surface at which it is asked which other bodies enclose it.
+#: Points of a source, or of a body's surface, at which it is asked which solids they are in.
 PROBES = 32
+#: How far before a face such a point lies, in frame units: beyond what is in contact with it.
+AHEAD = 4 * CONTACT
 #: Waist radii within which a Gaussian beam starts: 32 random bits reach 3.4.
 WIDEST_WAIST = 3.5
 
@@ -62,12 +66,10 @@ WIDEST_WAIST = 3.5
 class Tables(NamedTuple):
     """What all kernels read. Indices count in the order of `Names`; -1 is none; lengths in frame units."""
 
-    plane: NDArray[np.float64]  # (n_triangles, 4) outward unit normal, and its dot product with the plane's points
+    plane: NDArray[np.float64]  # (n_triangles, 4) outward unit normal of the bounding mesh, times its points
     triangle_face: NDArray[np.int32]  # (n_triangles,)
     face_body: NDArray[np.int32]  # (n_faces,)
     face_surface: NDArray[np.int16]  # (n_faces,)
-    face_outside: NDArray[np.int16]  # (n_faces,) medium in front; -1: the surface stands in whatever medium a ray is in
-    face_inside: NDArray[np.int16]  # (n_faces,) medium behind
     surface_kind: NDArray[np.uint8]  # (n_surfaces,) SurfaceKind
     medium_index: NDArray[np.float64]  # (n_media,) refractive index, of dispersive media that at the d line
     ambient: NDArray[np.int16]  # (1,) medium outside all bodies
@@ -87,12 +89,15 @@ class CompiledScene:
     frame : Frame
     bands : Bands
     tables : Tables
+    boundary : LoweredBoundary
     effects : dict of str to tuple of str
         Names of the effects that the scene calls for, with the reasons.
     effect_data : dict of str to NamedTuple of arrays
         What the kernel of each of these effects reads.
     source_light : (n_sources, n_bands) float64
         Share of each source's light in each band.
+    source_inside : (n_sources, n_words) uint64
+        Solids that each source emits in.
     source_media : tuple of int
         Medium that each source emits into.
     ray_sets : dict of str to RaySet
@@ -109,20 +114,15 @@ class CompiledScene:
     frame: Frame
     bands: Bands
     tables: Tables
+    boundary: LoweredBoundary
     effects: dict[str, tuple[str, ...]]
     effect_data: dict[str, Any]
     source_light: NDArray[np.float64]
+    source_inside: NDArray[np.uint64]
     source_media: tuple[int, ...]
     ray_sets: dict[str, RaySet]
     ray_light: dict[str, RayLight]
     scene_hash: str
-
-    @property
-    def corners(self) -> NDArray[np.float64]:
-        """Corners of all triangles in frame units, (n_triangles, 3 corners, 3)."""
-        if not self.meshes:
-            return np.zeros((0, 3, 3))
-        return self.frame.to_units(np.concatenate([mesh.corners_mm for mesh in self.meshes]))
 
 
 def compile_scene(scene: Scene) -> CompiledScene:
@@ -150,10 +150,11 @@ def compile_scene(scene: Scene) -> CompiledScene:
     _check_faces_of_detectors(scene, meshes)
     frame, box = _frame(scene, meshes, ray_sets)
     bands = spectral_bands(acting, lines_of_rays(acting, ray_sets)) if "spectral" in effects else RGB_BANDS
-    outside = _media_outside(acting, meshes, names)
-    _check_metals(acting, names, outside)
-    tables = _tables(acting, meshes, names, frame, box, outside, tuple(media.values()))
-    source_media = tuple(_medium_of_source(acting, name, meshes, names, outside, ray_sets) for name in scene.sources)
+    _check_metals(acting, meshes, names, frame)
+    boundary = lower_boundary(acting, meshes, names, frame)
+    tables = _tables(acting, meshes, names, boundary, box, tuple(media.values()))
+    source_inside = np.concatenate([_solids_of_source(acting, name, meshes, frame, ray_sets) for name in scene.sources])
+    source_media = tuple(medium_of(source_inside, boundary.tables.solid_medium, _ambient_index(acting, names)).tolist())
     for source, medium in zip(names.sources, source_media, strict=True):
         _check_is_clear(f"Source '{source}' shines into the medium", names.media[medium], media)
     lowering = Lowering(acting, names, bands, tuple(media.values()), frame)
@@ -162,12 +163,12 @@ def compile_scene(scene: Scene) -> CompiledScene:
     ray_light = {
         name: light_of_rays(acting.sources[name], rays, bands, f"Source '{name}'") for name, rays in ray_sets.items()
     }
-    for array in (*tables, source_light, *(value for values in data.values() for value in values)):
+    for array in (*tables, source_light, source_inside, *(value for values in data.values() for value in values)):
         if isinstance(array, np.ndarray):
             array.setflags(write=False)
     return CompiledScene(
-        scene, meshes, names, frame, bands, tables, effects, data, source_light, source_media, ray_sets,
-        ray_light, _scene_hash(scene, meshes, ray_sets),
+        scene, meshes, names, frame, bands, tables, boundary, effects, data, source_light, source_inside, source_media,
+        ray_sets, ray_light, _scene_hash(scene, meshes, ray_sets),
     )  # fmt: skip
 
 
@@ -209,15 +210,30 @@ def _check_is_clear(where: str, name: str, media: dict[str, Medium]) -> None:
         raise SceneError(f"{where} '{name}', a metal, in which no light can travel: choose another place or medium.")
 
 
-def _check_metals(scene: Scene, names: Names, outside: tuple[int, ...]) -> None:
+def _check_metals(scene: Scene, meshes: tuple[BodyMesh, ...], names: Names, frame: Frame) -> None:
     """Metals fill bodies, not the space around, and no light is scattered into them."""
     media = _media(scene)
-    _check_is_clear("The ambient medium is", names.media[_ambient_index(scene, names)], media)
-    for (name, body), around in zip(scene.bodies.items(), outside, strict=True):
-        if body.medium is not None and scene.media[body.medium].is_conductor:
+    ambient = _ambient_index(scene, names)
+    _check_is_clear("The ambient medium is", names.media[ambient], media)
+    if not any(medium.is_conductor for medium in media.values()):
+        return
+    for (name, body), mesh in zip(scene.bodies.items(), meshes, strict=True):
+        if body.medium is None:
+            continue
+        around = medium_at(scene, meshes, names.media, ambient, _points_before(mesh, ~mesh.degenerate, frame))
+        if scene.media[body.medium].is_conductor:
             _check_metal(scene, name, "is of metal")
-        elif body.medium is not None and media[names.media[around]].is_conductor:
+        elif all(media[names.media[medium]].is_conductor for medium in around):
             _check_metal(scene, name, "stands in metal")
+
+
+def _points_before(mesh: BodyMesh, chosen: NDArray[np.bool_], frame: Frame) -> NDArray[np.float64]:
+    """Points in mm just before some of the chosen triangles."""
+    some = np.flatnonzero(chosen)
+    some = some[np.linspace(0, len(some) - 1, min(len(some), PROBES)).astype(np.int64)]
+    area = mesh.area_vectors_mm2[some]
+    normal = area / np.linalg.norm(area, axis=1)[:, None]
+    return mesh.corners_mm[some].mean(axis=1) + AHEAD * frame.unit_mm * normal
 
 
 def _check_metal(scene: Scene, body: str, is_of_metal: str) -> None:
@@ -282,104 +298,62 @@ def _frame(
     return frame, np.stack([-half_box, half_box]) / unit_mm
 
 
-def _media_outside(scene: Scene, meshes: tuple[BodyMesh, ...], names: Names) -> tuple[int, ...]:
-    """Medium around each body: that of the smallest body with a medium that it stands in, else the ambient one."""
-    result = []
-    for i, mesh in enumerate(meshes):
-        sound = np.flatnonzero(~mesh.degenerate)
-        spread = sound[np.linspace(0, len(sound) - 1, min(len(sound), PROBES)).astype(np.int64)]
-        result.append(_medium_at(scene, mesh.corners_mm[spread].mean(axis=1), meshes, names, skip=i))
-    return tuple(result)
-
-
-def _medium_at(
-    scene: Scene, points_mm: NDArray[np.float64], meshes: tuple[BodyMesh, ...], names: Names, skip: int | None = None
-) -> int:
-    """Medium of the smallest body with a medium that encloses most of the points, (n_points, 3), else the ambient one.
-
-    Points on a body's surface, where bodies touch, don't count.
-    """
-    best, best_volume = _ambient_index(scene, names), math.inf
-    for i, (mesh, body) in enumerate(zip(meshes, scene.bodies.values(), strict=True)):
-        if i == skip or body.medium is None or mesh.volume_mm3 >= best_volume:
-            continue
-        low, high = mesh.vertices_mm.min(axis=0), mesh.vertices_mm.max(axis=0)
-        if not ((points_mm >= low) & (points_mm <= high)).all(axis=1).any():
-            continue
-        winding = np.array([winding_number(mesh.corners_mm, point) for point in points_mm])
-        clear = np.abs(winding - np.round(winding)) < 0.05
-        if clear.any() and np.median(winding[clear]) > 0.5:
-            best, best_volume = names.media.index(body.medium), mesh.volume_mm3
-    return best
-
-
-def _medium_of_source(
-    scene: Scene,
-    name: str,
-    meshes: tuple[BodyMesh, ...],
-    names: Names,
-    outside: tuple[int, ...],
-    ray_sets: dict[str, RaySet],
-) -> int:
+def _solids_of_source(
+    scene: Scene, name: str, meshes: tuple[BodyMesh, ...], frame: Frame, ray_sets: dict[str, RaySet]
+) -> NDArray[np.uint64]:
+    """Solids that most of a source's rays start in, (1, n_words) uint64; just before them where they start on faces."""
     source = scene.sources[name]
     if isinstance(source, FacesSource):
-        body = names.bodies.index(source.body)
-        emitting = np.isin(meshes[body].triangle_face, meshes[body].face_indices(source.faces, f"Source '{name}'"))
-        if meshes[body].degenerate[emitting].all():
-            faces = ", ".join(source.faces or meshes[body].face_names)
+        mesh = meshes[tuple(scene.bodies).index(source.body)]
+        emitting = np.isin(mesh.triangle_face, mesh.face_indices(source.faces, f"Source '{name}'"))
+        if mesh.degenerate[emitting].all():
+            faces = ", ".join(source.faces or mesh.face_names)
             raise SceneError(
                 f"Source '{name}': the faces '{faces}' of body '{source.body}' are to emit but have no area."
             )
-        return outside[body]
-    if isinstance(source, RaysSource | CrossingsSource):
+        points = _points_before(mesh, emitting & ~mesh.degenerate, frame)
+    elif isinstance(source, RaysSource | CrossingsSource):
         points = placed_sample_mm(source, ray_sets[name], PROBES)
     else:
         points = np.array([source.position_mm])
-    for mesh, body_ in zip(meshes, scene.bodies.values(), strict=True):
-        surfaces = {body_.face_surfaces.get(face, body_.surface) for face in mesh.face_names}
+        way = np.array(getattr(source, "direction", (0.0, 0.0, 0.0)))
+        if way.any():
+            points = points + AHEAD * frame.unit_mm * way / np.linalg.norm(way)
+    if not isinstance(source, FacesSource):
+        _check_is_not_shut_in(scene, name, meshes, points)
+    sets, counts = np.unique(solids_at(scene, meshes, points), axis=0, return_counts=True)
+    return sets[[np.argmax(counts)]]
+
+
+def _check_is_not_shut_in(scene: Scene, name: str, meshes: tuple[BodyMesh, ...], points: NDArray[np.float64]) -> None:
+    for mesh, body in zip(meshes, scene.bodies.values(), strict=True):
+        surfaces = {body.face_surfaces.get(face, body.surface) for face in mesh.face_names}
         black = all(scene.surfaces[s].kind == "absorber" for s in surfaces)
-        shuts_in = body_.medium is None and black and mesh.is_closed
+        shuts_in = body.medium is None and black and mesh.is_closed
         if shuts_in and all(abs(winding_number(mesh.corners_mm, point)) > 0.5 for point in points):
             raise SceneError(
                 f"Source '{name}' lies inside body '{mesh.name}', which absorbs all light: move the source out of the "
                 "body, or give the body a medium or another surface."
             )
-    return _medium_at(scene, points, meshes, names)
 
 
 def _tables(
     scene: Scene,
     meshes: tuple[BodyMesh, ...],
     names: Names,
-    frame: Frame,
+    boundary: LoweredBoundary,
     box: NDArray[np.float64],
-    outside: tuple[int, ...],
     media: tuple[Medium, ...],
 ) -> Tables:
-    plane, triangle_face = [np.zeros((0, 4))], [np.zeros(0, np.int32)]
-    face_body: list[int] = []
-    face_surface: list[int] = []
-    face_outside: list[int] = []
-    face_inside: list[int] = []
-    for i, (mesh, body) in enumerate(zip(meshes, scene.bodies.values(), strict=True)):
-        with np.errstate(invalid="ignore", divide="ignore"):
-            normal = mesh.area_vectors_mm2 / np.linalg.norm(mesh.area_vectors_mm2, axis=1)[:, None]
-        offset = np.einsum("ij,ij->i", normal, frame.to_units(mesh.corners_mm).mean(axis=1))
-        plane.append(np.column_stack([normal, offset]))
-        triangle_face.append((mesh.triangle_face + len(face_body)).astype(np.int32))
-        for face in mesh.face_names:
-            face_body.append(i)
-            face_surface.append(names.surfaces.index(body.face_surfaces.get(face, body.surface)))
-            face_outside.append(-1 if body.medium is None else outside[i])
-            face_inside.append(-1 if body.medium is None else names.media.index(body.medium))
-
+    first_face = np.cumsum([0, *(len(mesh.face_names) for mesh in meshes)])
+    faces = [mesh.triangle_face + first for mesh, first in zip(meshes, first_face, strict=False)]
+    bodies = list(scene.bodies.values())
+    property_of_face = [bodies[body].face_surfaces.get(face, bodies[body].surface) for body, face in names.faces]
     return Tables(
-        plane=np.concatenate(plane),
-        triangle_face=np.concatenate(triangle_face),
-        face_body=np.array(face_body, np.int32),
-        face_surface=np.array(face_surface, np.int16),
-        face_outside=np.array(face_outside, np.int16),
-        face_inside=np.array(face_inside, np.int16),
+        plane=boundary.plane,
+        triangle_face=np.concatenate([np.zeros(0, np.int32), *faces]).astype(np.int32),
+        face_body=np.array([body for body, _ in names.faces], np.int32),
+        face_surface=np.array([names.surfaces.index(name) for name in property_of_face], np.int16),
         surface_kind=np.array([SurfaceKind[prop.kind.upper()] for prop in scene.surfaces.values()], np.uint8),
         medium_index=np.array([medium.index_at_d_line for medium in media]),
         ambient=np.array([_ambient_index(scene, names)], np.int16),

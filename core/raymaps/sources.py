@@ -148,7 +148,7 @@ def _faces(source: FacesSource, compiled: CompiledScene, name: str) -> Emitter:
     area = np.linalg.norm(mesh.area_vectors_mm2[triangles], axis=1)
     corners = compiled.frame.to_units(mesh.corners_mm[triangles])
     cumulated = np.cumsum(area) / area.sum()
-    places = (compiled.tables, (triangles + first).astype(np.int32), cumulated, corners)
+    places = (compiled.tables, compiled.boundary.tables.exact, (triangles + first).astype(np.int32), cumulated, corners)
     if isinstance(source.emission, CosinePower):
         return Emitter("faces_cosine_power", (*places, source.emission.exponent))
     if isinstance(source.emission, TabulatedEmission):

@@ -21,7 +21,7 @@ from raymaps.compile import CompiledScene
 from raymaps.effects import EFFECTS
 from raymaps.effects.crossings import CROSSING
 from raymaps.intersect import Intersector
-from raymaps.kernels import record, transport
+from raymaps.kernels import record, smooth, transport
 from raymaps.kinds import ENDINGS, EventKind, SurfaceKind
 from raymaps.scene import RectangleDetector
 from raymaps.sources import emitters, quantised, source_of_rays
@@ -29,8 +29,10 @@ from raymaps.traced import TracedPortion
 
 __all__ = ["RunKey", "Tracer", "Wave"]
 
-#: How often a search may be taken up again behind a hit that lies where the ray stands.
+#: How often a search may be taken up again behind a hit that is no crossing.
 MAX_SEARCHES = 16
+#: Crossings of one interface that are told apart where a ray is doubtful.
+MAX_MEMBERS = 16
 
 
 class Wave(NamedTuple):
@@ -43,10 +45,17 @@ class Wave(NamedTuple):
     light: NDArray[np.float32]  # (n, n_bands) relative to the emission
     wavelength_nm: NDArray[np.float64]  # (n,) the one wavelength that a ray is narrowed to, 0 before that
     source: NDArray[np.int16]  # (n,) source that the ray comes from
-    triangle: NDArray[np.int32]  # (n,) triangle that the ray stands on, -1 none; below: `transport.close_to` it
+    triangle: NDArray[np.int32]  # (n,) triangle that the ray stands on, -1 none
     hit: NDArray[np.int32]  # (n,) triangle at the segment's end, -1 none
+    normal: NDArray[np.float64]  # (n, 3) outward unit normal there
     side: NDArray[np.int8]  # (n,) on which side of its triangle the ray starts: 1 front, -1 back
     near_side: NDArray[np.int8]  # (n,) from which side it arrives
+    inside: NDArray[np.uint64]  # (n, n_words) solids that the ray is in, a bit each
+    across: NDArray[np.uint64]  # (n, n_words) solids that it enters or leaves by going through the surface
+    passed: NDArray[np.float64]  # (n,) how far its search has silently passed surfaces of overlapped solids
+    pass_t: NDArray[np.float64]  # (n, MAX_PASSES) where it passed them
+    pass_solid: NDArray[np.int32]  # (n, MAX_PASSES) whose they were
+    n_passes: NDArray[np.uint8]  # (n,) how many
     medium: NDArray[np.int16]  # (n,) medium that the ray is in
     beyond: NDArray[np.int16]  # (n,) medium behind the surface that it arrives on
     n_near: NDArray[np.float64]  # (n,) refractive index of the medium that it arrives in
@@ -55,18 +64,33 @@ class Wave(NamedTuple):
     state: NDArray[np.uint8]  # (n,) EventKind, or PENDING and the like of `raymaps.kernels.transport`
 
     @classmethod
-    def allocate(cls, n_rays: int, n_bands: int) -> Wave:
+    def allocate(cls, n_rays: int, n_bands: int, n_words: int = 1) -> Wave:
         """A wave of rays in no particular state."""
         three, none = np.zeros((n_rays, 3)), np.full(n_rays, -1, np.int32)
+        solids, passes = np.zeros((n_rays, n_words), np.uint64), (n_rays, transport.MAX_PASSES)
         return cls(
             position=three, direction=three.copy(), end=three.copy(), distance=np.zeros(n_rays),
             light=np.zeros((n_rays, n_bands), np.float32), wavelength_nm=np.zeros(n_rays),
-            source=np.zeros(n_rays, np.int16), triangle=none, hit=none.copy(),
+            source=np.zeros(n_rays, np.int16), triangle=none, hit=none.copy(), normal=three.copy(),
+            inside=solids, across=solids.copy(), passed=np.zeros(n_rays), pass_t=np.zeros(passes),
+            pass_solid=np.zeros(passes, np.int32), n_passes=np.zeros(n_rays, np.uint8),
             side=np.ones(n_rays, np.int8), near_side=np.ones(n_rays, np.int8),
             medium=np.zeros(n_rays, np.int16), beyond=np.zeros(n_rays, np.int16),
             n_near=np.ones(n_rays), n_far=np.ones(n_rays),
             surface=np.zeros(n_rays, np.int16), state=np.zeros(n_rays, np.uint8),
         )  # fmt: skip
+
+
+class _Found(NamedTuple):
+    """Crossings of each ray between which a search decides."""
+
+    t: NDArray[np.float64]  # (n, n_places) distances
+    triangle: NDArray[np.int32]  # (n, n_places)
+    normal: NDArray[np.float64]  # (n, n_places, 3) outward
+
+    @classmethod
+    def allocate(cls, n: int, n_places: int) -> _Found:
+        return cls(np.empty((n, n_places)), np.empty((n, n_places), np.int32), np.empty((n, n_places, 3)))
 
 
 class RunKey(NamedTuple):
@@ -117,7 +141,7 @@ class Tracer:
     def __init__(self, compiled: CompiledScene, seed: int):
         self.compiled = compiled
         self.seed = seed
-        self._intersector = Intersector(compiled)
+        self._intersector = Intersector(compiled.boundary)
         self._emitters = tuple(
             (importlib.import_module(f"raymaps.kernels.emission.{emitter.kernel}").run, emitter.arguments)
             for emitter in emitters(compiled)
@@ -148,9 +172,18 @@ class Tracer:
         self._is_end = np.zeros(256, bool)
         self._is_end[[kind for kinds in ENDINGS.values() for kind in kinds]] = True
         self._position_type = position_type(compiled)
+        self._smooths = bool((compiled.boundary.smooth.row >= 0).any())
 
-    def trace_portion(self, first_ray: int, n_rays: int) -> TracedPortion:
-        """Trace the rays ``first_ray`` to ``first_ray + n_rays - 1`` to their ends."""
+    def trace_portion(
+        self, first_ray: int, n_rays: int, watch: Callable[[int, NDArray[np.int32], Wave], None] | None = None
+    ) -> TracedPortion:
+        """Trace the rays ``first_ray`` to ``first_ray + n_rays - 1`` to their ends.
+
+        Parameters
+        ----------
+        watch : function of depth, slots and `Wave`, optional
+            Called at each event: the events are at ``wave.end``, unrounded, the ways after them in ``wave.direction``.
+        """
         settings = self.compiled.scene.settings
         tables = self.compiled.tables
         clock = _Clock()
@@ -158,6 +191,8 @@ class Tracer:
         wave = self._emit(source_of_rays(self.compiled.scene, first_ray, n_rays), key)
         log = _EventLog(self.compiled, n_rays, self._position_type, self._crossings)
         active = np.arange(n_rays, dtype=np.int32)
+        if watch is not None:
+            watch(0, active, wave)
         log.keep(active, wave)
         # which media rays are in, or come to, and what surfaces they meet: only effects that act on them run
         media, met = np.zeros(len(tables.medium_index), bool), np.zeros(256, bool)
@@ -190,6 +225,10 @@ class Tracer:
                 if stage.acts(media, met):
                     stage.run(active, wave, tables, stage.data, key, depth)
                     clock.book(stage.name)
+            if self._smooths:
+                smooth.keep_on_side(active, wave, tables, self.compiled.boundary.smooth, self._is_end)
+            if watch is not None:
+                watch(depth, active, wave)
             log.keep(active, wave)
             media[:] = False
             active = active[: record.advance(active, wave, self._is_end, media)]
@@ -202,9 +241,11 @@ class Tracer:
 
     def _emit(self, source: NDArray[np.int16], key: RunKey) -> Wave:
         """A wave at its emission."""
-        wave = Wave.allocate(len(source), self.compiled.bands.n)
+        inside = self.compiled.source_inside[source]
+        wave = Wave.allocate(len(source), self.compiled.bands.n, inside.shape[1])
         wave.source[:] = source
         wave.light[:] = self._light[source]
+        wave.inside[:] = inside
         wave.medium[:] = np.array(self.compiled.source_media, np.int16)[source]
         for index, (emit, arguments) in enumerate(self._emitters):
             emit(np.flatnonzero(source == index).astype(np.int32), wave, key, *arguments)
@@ -215,21 +256,26 @@ class Tracer:
 
     def _find_next(self, active: NDArray[np.int32], wave: Wave) -> None:
         """Where each ray's segment ends; rays whose search does not come to an end are killed."""
-        tables = self.compiled.tables
+        tables, boundary = self.compiled.tables, self.compiled.boundary.tables
+        transport.begin(active, wave)
         searching, searched = active, np.zeros(len(active))
         for _ in range(MAX_SEARCHES):
             origin = np.empty((len(searching), 3), np.float32)
             direction = np.empty((len(searching), 3), np.float32)
             transport.start(searching, wave, tables, searched, origin, direction)
             triangle, distance = self._intersector.find(origin, direction)
-            if not transport.locate(searching, wave, tables, searched, triangle, distance):
-                return
-            again = wave.state[searching] == transport.REJECTED
+            guesses = searched[:, None] + distance
+            found = _Found.allocate(len(searching), self._intersector.n_searches)
+            if not transport.locate(searching, wave, tables, boundary, searched, triangle, guesses, found):
+                break
+            again = wave.state[searching] == transport.SEARCHING
             searching, searched = searching[again], searched[again]
-        wave.state[searching] = EventKind.KILLED_NUMERICAL
-        wave.hit[searching] = -1
-        wave.end[searching] = wave.position[searching]
-        wave.distance[searching] = 0.0
+        in_doubt = active[wave.state[active] >= transport.DOUBTFUL]
+        in_doubt = in_doubt[wave.state[in_doubt] != transport.PENDING]
+        if len(in_doubt):
+            transport.recover(in_doubt, wave, tables, boundary, _Found.allocate(len(in_doubt), MAX_MEMBERS))
+        if self._smooths:
+            smooth.turn_normals(active, wave, tables, self.compiled.boundary.smooth)
 
 
 class _EventLog:

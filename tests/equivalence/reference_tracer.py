@@ -41,6 +41,7 @@ class Event:
     medium: str
     position: np.ndarray
     light: np.ndarray
+    solids: frozenset = frozenset()  # bodies with a medium in which the ray is after it
     crossings: list = field(default_factory=list)  # of the segment that starts here: (detector, x, y, angle)
 
 
@@ -52,16 +53,16 @@ class ReferenceTracer:
     compiled : CompiledScene
         Only its scene, meshes, names and the box that rays leave are used.
     seed : int
-    outside : dict of str to str
-        Medium around each body with a medium, as the test knows it.
-    source_media : dict of str to str
-        Medium in which each source stands, as the test knows it.
+    ranked : tuple of str
+        Bodies with a medium, as the test knows which rules where several are: the first of them.
+    source_solids : dict of str to tuple of str
+        Those of them in which each source stands, as the test knows it.
     """
 
-    def __init__(self, compiled, seed, outside, source_media):
+    def __init__(self, compiled, seed, ranked, source_solids):
         self.scene, self.meshes, self.seed = compiled.scene, compiled.meshes, np.uint64(seed)
         self.box = compiled.frame.to_mm(compiled.tables.box)
-        self.outside, self.source_media = outside, source_media
+        self.ranked, self.source_solids = ranked, source_solids
         self.corners = np.concatenate([mesh.corners_mm for mesh in self.meshes])
         a, b, c = np.moveaxis(self.corners, 1, 0)
         normal = np.cross(b - a, c - a)
@@ -108,7 +109,15 @@ class ReferenceTracer:
             return position, around(axis, cosine, v), -1
         return position + source.radius_mm * math.sqrt(u) * around(axis, 0.0, v), axis, -1
 
-    def nearest(self, position, direction, standing_on):
+    def ruling(self, solids):
+        """Which of the bodies rules, None if there is none."""
+        return next((name for name in self.ranked if name in solids), None)
+
+    def medium(self, solids):
+        ruler = self.ruling(solids)
+        return self.scene.ambient if ruler is None else self.scene.bodies[ruler].medium
+
+    def nearest(self, position, direction, standing_on, passed=0.0):
         """Distance and triangle of the first hit (T. Möller, B. Trumbore: Fast, minimum storage ray/triangle
         intersection, J. Graphics Tools 2 (1997), p. 21); infinity and -1 if there is none.
         """
@@ -122,7 +131,7 @@ class ReferenceTracer:
             q = np.cross(to, edge1)
             v = (q @ direction) * inverse
             t = (edge2 * q).sum(axis=1) * inverse
-            hit = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > 1e-9)
+            hit = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > passed + 1e-9)
         if standing_on >= 0:
             hit[standing_on] = False
         if not hit.any():
@@ -133,8 +142,8 @@ class ReferenceTracer:
     def trace(self, ray, source, light):
         """All events of one ray, with the crossings of the segments between them."""
         position, direction, triangle = self.emission(ray, source)
-        medium = self.source_media[source]
-        events = [Event(EventKind.EMISSION, triangle, medium, position, light)]
+        solids = frozenset(self.source_solids[source])
+        events = [Event(EventKind.EMISSION, triangle, self.medium(solids), position, light, solids)]
         for number in range(1, self.scene.settings.max_events):
             event, direction = self.step(ray, number, events[-1], direction)
             events[-1].crossings = self.crossings(events[-1].position, event.position)
@@ -146,7 +155,7 @@ class ReferenceTracer:
     def step(self, ray, number, before, direction):
         """The next event, and the direction after it (None at the end)."""
         light, medium, start = before.light, before.medium, before.position
-        distance, triangle = self.nearest(start, direction, before.triangle)
+        distance, triangle, solids, passes = self.way(before, direction)
         left = triangle < 0
         if left:
             moves = direction != 0
@@ -177,25 +186,37 @@ class ReferenceTracer:
             if number == self.scene.settings.max_events - 1:
                 return Event(EventKind.KILLED_DEPTH, -1, medium, end, light), None
             light, direction = self.turned(ray, number, found, light, direction)
-            return Event(EventKind.MEDIUM_SCATTERING, -1, medium, end, light), direction
+            for passed, name in passes:
+                solids = solids if passed < distance else solids ^ {name}
+            return Event(EventKind.MEDIUM_SCATTERING, -1, medium, end, light, solids), direction
         if left:
             return Event(EventKind.LEFT, -1, medium, end, light), None
         body_name, face = self.owner[triangle]
         body = self.scene.bodies[body_name]
         normal = self.normal[triangle]
         from_front = direction @ normal < 0
-        near, beyond = medium, medium
-        if body.medium is not None:
-            near, beyond = self.outside[body_name], body.medium
-            near, beyond = (near, beyond) if from_front else (beyond, near)
-        if near != medium:
-            return Event(EventKind.KILLED_MEDIUM_MISMATCH, triangle, medium, end, light), None
+        across = solids ^ {body_name} if body.medium is not None else solids
+        assert body.medium is None or (body_name in across) == from_front
+        near, beyond = medium, self.medium(across)
         if number == self.scene.settings.max_events - 1:
             return Event(EventKind.KILLED_DEPTH, triangle, medium, end, light), None
         facing = normal if from_front else -normal
         surface = self.scene.surfaces[body.face_surfaces.get(face, body.surface)]
         kind, direction, crosses, light = self.interact(surface, ray, number, direction, facing, near, beyond, light)
-        return Event(kind, triangle, beyond if crosses else medium, end, light), direction
+        return Event(
+            kind, triangle, beyond if crosses else medium, end, light, across if crosses else solids
+        ), direction
+
+    def way(self, before, direction):
+        """Distance to the next triangle at which something changes, solids before it, and what is passed on the way."""
+        solids, passed, passes, standing_on = before.solids, 0.0, [], before.triangle
+        while True:
+            distance, triangle = self.nearest(before.position, direction, standing_on, passed)
+            name = self.owner[triangle][0] if triangle >= 0 else None
+            if name not in self.ranked or self.ruling(solids) != self.ruling(solids ^ {name}):
+                return distance, triangle, solids, passes
+            solids, passed = solids ^ {name}, distance
+            passes.append((distance, name))
 
     def turned(self, ray, number, medium, light, direction):
         """Light and direction after a scattering."""

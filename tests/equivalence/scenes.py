@@ -8,10 +8,10 @@ from typing import Any
 
 from tests.physics.scenes import ball, body, box, disc_source, rectangle, write_scene
 
-#: Medium around each body with a medium. Left and Right overlap and neither stands in the other: rays that go from one
-#: straight into the other are killed.
-OUTSIDE = {"Ball": "fog", "Core": "glass", "Left": "fog", "Right": "fog"}
-SOURCE_MEDIA = {"Point": "fog", "Inside": "glass", "Spot": "glass", "Beam": "fog", "Lamp": "fog"}
+#: Solids, the smallest first: where they overlap the smaller rules. Left and Right overlap, Core stands in Ball.
+RANKED = ("Core", "Right", "Left", "Ball")
+#: Solids in which sources stand.
+SOURCE_SOLIDS = {"Point": (), "Inside": ("Ball",), "Spot": ("Left",), "Beam": (), "Lamp": ()}
 
 
 def everything(folder: Path, **sections: Any) -> Path:

@@ -12,8 +12,9 @@ from tests.equivalence.reference_tracer import ReferenceTracer
 from tests.physics.scenes import ball, body, box, write_scene
 
 N_RAYS = 1_500
-OUTSIDE = {"Ball": "fog", "Core": "milk", "Block": "fog"}
-SOURCE_MEDIA = {"Out": "fog", "In": "milk"}
+#: Solids, the smallest first: where they overlap the smaller rules. Core stands in Ball; Dip overlaps Ball and Block.
+RANKED = ("Core", "Dip", "Ball", "Block")
+SOURCE_SOLIDS = {"Out": (), "In": ("Ball",)}
 
 
 @pytest.fixture(scope="module")
@@ -44,6 +45,7 @@ def milky(tmp_path_factory):
         {
             "Ball": body(ball(8, 3), "polished", "milk"),
             "Core": body(ball(3, 2).moved(2, 0, 0), "polished", "opal"),
+            "Dip": body(box((-3, -3, -12), (4, 3, -5)).turned(0.1, (3, 1, 0)), "polished", "opal"),
             "Block": body(box((-15, -15, -13), (15, 15, -9)).turned(0.1, (1, 2, 0)), "frosted", "clear"),
         },
         ambient="fog",
@@ -60,7 +62,7 @@ def milky(tmp_path_factory):
     )
     compiled = compile_scene(load_scene(path))
     portion = Tracer(compiled, 77).trace_portion(5_000_000_000, N_RAYS)
-    slow = ReferenceTracer(compiled, 77, OUTSIDE, SOURCE_MEDIA)
+    slow = ReferenceTracer(compiled, 77, RANKED, SOURCE_SOLIDS)
     histories = []
     for k in range(N_RAYS):
         light = portion.light[portion.event_offsets[k]].astype(float)

@@ -25,6 +25,7 @@ ORDER: tuple[tuple[str, ...], ...] = (
     ("names", "geometry", "traced", "frame", "spectral_data"),
     ("exact",),
     ("solids",),
+    ("boundary",),
     ("bands",),
     ("store",),
     ("effects",),

@@ -36,8 +36,8 @@ def run(active, wave, tables, data, key, depth):
         surface = wave.surface[i]
         if wave.state[i] != PENDING or tables.surface_kind[surface] != _HERE:
             continue
-        plane = tables.plane[wave.hit[i]]
-        cos_i, cos_t, reflected, refracted = projections(wave, i, plane)
+        normal = wave.normal[i]
+        cos_i, cos_t, reflected, refracted = projections(wave, i, normal)
         row = data.row[surface]
         nodes = slice(data.start[row], data.start[row + 1])
         back_scatter = scattered_share(reflected, data.specular[nodes], data.scattered[nodes])
@@ -62,4 +62,4 @@ def run(active, wave, tables, data, key, depth):
             p, q = abg_point(
                 specular, data.b[row], data.g[row], data.ring_edge[row], data.ring_share[row], key.seed, ray, depth
             )
-        go_on(wave, i, plane, cos_i, cos_t, outcome, p, q)
+        go_on(wave, i, normal, cos_i, cos_t, outcome, p, q)

@@ -21,9 +21,9 @@ __all__ = [
 
 
 @kernel
-def incidence_cosine(wave, i, plane):
-    """Cosine of the angle of incidence of ray i on a plane, 0 to 1."""
-    along = wave.direction[i, 0] * plane[0] + wave.direction[i, 1] * plane[1] + wave.direction[i, 2] * plane[2]
+def incidence_cosine(wave, i, normal):
+    """Cosine of the angle of incidence of ray i on a surface of a normal, 0 to 1."""
+    along = wave.direction[i, 0] * normal[0] + wave.direction[i, 1] * normal[1] + wave.direction[i, 2] * normal[2]
     return min(1.0, abs(along))
 
 
@@ -58,31 +58,33 @@ def turn_back(wave, i):
 
 @kernel
 def go_through(wave, i):
-    """Let ray i go to the other side and into the medium beyond."""
+    """Let ray i go to the other side, into the medium beyond and the solids there."""
     wave.side[i] = -wave.near_side[i]
     wave.medium[i] = wave.beyond[i]
+    for word in range(wave.inside.shape[1]):
+        wave.inside[i, word] ^= wave.across[i, word]
 
 
 @kernel
-def reflect(wave, i, plane):
-    """Turn the direction of ray i around a plane's normal; it stays on its side."""
+def reflect(wave, i, normal):
+    """Turn the direction of ray i around a normal; it stays on its side."""
     dx, dy, dz = wave.direction[i, 0], wave.direction[i, 1], wave.direction[i, 2]
-    twice = 2.0 * (dx * plane[0] + dy * plane[1] + dz * plane[2])
-    head(wave, i, dx - twice * plane[0], dy - twice * plane[1], dz - twice * plane[2])
+    twice = 2.0 * (dx * normal[0] + dy * normal[1] + dz * normal[2])
+    head(wave, i, dx - twice * normal[0], dy - twice * normal[1], dz - twice * normal[2])
     turn_back(wave, i)
 
 
 @kernel
-def scatter_lambertian(wave, i, plane, u, v):
+def scatter_lambertian(wave, i, normal, u, v):
     """Let ray i go on in any direction of the side that it is on, by Lambert's law; u and v are uniform in (0, 1)."""
     side = wave.side[i]
-    dx, dy, dz = lambertian(side * plane[0], side * plane[1], side * plane[2], u, v)
+    dx, dy, dz = lambertian(side * normal[0], side * normal[1], side * normal[2], u, v)
     wave.direction[i, 0], wave.direction[i, 1], wave.direction[i, 2] = dx, dy, dz
 
 
 @kernel
-def refract(wave, i, plane, cos_i, cos_t):
-    """Bend the direction of ray i on its way through a plane, to the other side and into the medium beyond.
+def refract(wave, i, normal, cos_i, cos_t):
+    """Bend the direction of ray i on its way through a surface, to the other side and into the medium beyond.
 
     Parameters
     ----------
@@ -95,8 +97,8 @@ def refract(wave, i, plane, cos_i, cos_t):
     head(
         wave,
         i,
-        eta * wave.direction[i, 0] + along * plane[0],
-        eta * wave.direction[i, 1] + along * plane[1],
-        eta * wave.direction[i, 2] + along * plane[2],
+        eta * wave.direction[i, 0] + along * normal[0],
+        eta * wave.direction[i, 1] + along * normal[1],
+        eta * wave.direction[i, 2] + along * normal[2],
     )
     go_through(wave, i)

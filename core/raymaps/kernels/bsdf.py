@@ -202,10 +202,10 @@ def run(active, wave, tables, data, key, depth):
         surface = wave.surface[i]
         if wave.state[i] != PENDING or tables.surface_kind[surface] != _HERE:
             continue
-        plane = tables.plane[wave.hit[i]]
-        nx, ny, nz = plane[0], plane[1], plane[2]
+        normal = wave.normal[i]
+        nx, ny, nz = normal[0], normal[1], normal[2]
         dx, dy, dz = wave.direction[i, 0], wave.direction[i, 1], wave.direction[i, 2]
-        cos_i = incidence_cosine(wave, i, plane)
+        cos_i = incidence_cosine(wave, i, normal)
         cos_t = refraction_cosine(cos_i, wave.n_near[i], wave.n_far[i])
         tx, ty, tz, bx, by, bz = frame(nx, ny, nz, data.x_axis[surface])
         azimuth = math.atan2(dx * bx + dy * by + dz * bz, dx * tx + dy * ty + dz * tz)
@@ -232,11 +232,11 @@ def run(active, wave, tables, data, key, depth):
             wave.state[i] = _ABSORPTION
             continue
         if outcome == 0:
-            reflect(wave, i, plane)
+            reflect(wave, i, normal)
             wave.state[i] = _SPECULAR_REFLECTION
             continue
         if outcome == 2:
-            refract(wave, i, plane, cos_i, cos_t)
+            refract(wave, i, normal, cos_i, cos_t)
             wave.state[i] = _SPECULAR_REFRACTION
             continue
         way = outcome // 2

@@ -67,8 +67,8 @@ def run(active, wave, tables, data, key, depth):
         surface = wave.surface[i]
         if wave.state[i] != PENDING or tables.surface_kind[surface] != _HERE:
             continue
-        plane = tables.plane[wave.hit[i]]
-        cos_i = incidence_cosine(wave, i, plane)
+        normal = wave.normal[i]
+        cos_i = incidence_cosine(wave, i, normal)
         cos_t = refraction_cosine(cos_i, wave.n_near[i], wave.n_far[i])
         rows = slice(data.start[surface], data.start[surface + 1])
         shares_at(math.acos(cos_i), data.angle_rad[rows], data.share[rows], shares)
@@ -85,12 +85,12 @@ def run(active, wave, tables, data, key, depth):
             continue
         wave.state[i] = _KINDS[outcome]
         if outcome == 0:
-            reflect(wave, i, plane)
+            reflect(wave, i, normal)
         elif outcome == 1:
-            refract(wave, i, plane, cos_i, cos_t)
+            refract(wave, i, normal, cos_i, cos_t)
         else:
             if outcome == 2:
                 turn_back(wave, i)
             else:
                 go_through(wave, i)
-            scatter_lambertian(wave, i, plane, v, w)
+            scatter_lambertian(wave, i, normal, v, w)

@@ -27,13 +27,13 @@ def run(active, wave, tables, data, key, depth):
         metal = wave.beyond[i]
         if wave.state[i] != PENDING or tables.surface_kind[wave.surface[i]] != _HERE or not data.is_conductor[metal]:
             continue
-        plane = tables.plane[wave.hit[i]]
-        cos_i = incidence_cosine(wave, i, plane)
+        normal = wave.normal[i]
+        cos_i = incidence_cosine(wave, i, normal)
         for band in range(len(share)):
             share[band] = reflectance.of_metal(cos_i, wave.n_near[i], data.n[metal, band], data.k[metal, band])
         _, u, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), depth, ON_SURFACE)
         if not draw_reflection(wave.light[i], share, key.roulette_threshold, u):
             wave.state[i] = _ABSORPTION
             continue
-        reflect(wave, i, plane)
+        reflect(wave, i, normal)
         wave.state[i] = _REFLECTION

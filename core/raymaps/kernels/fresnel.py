@@ -24,13 +24,13 @@ def run(active, wave, tables, data, key, depth):
         i = active[k]
         if wave.state[i] != PENDING or tables.surface_kind[wave.surface[i]] != _HERE:
             continue
-        plane = tables.plane[wave.hit[i]]
-        cos_i = incidence_cosine(wave, i, plane)
+        normal = wave.normal[i]
+        cos_i = incidence_cosine(wave, i, normal)
         share, cos_t = reflectance.of_clear_medium(cos_i, wave.n_near[i], wave.n_far[i])
         _, u, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), depth, ON_SURFACE)
         if u < share:
-            reflect(wave, i, plane)
+            reflect(wave, i, normal)
             wave.state[i] = _REFLECTION
         else:
-            refract(wave, i, plane, cos_i, cos_t)
+            refract(wave, i, normal, cos_i, cos_t)
             wave.state[i] = _REFRACTION

@@ -26,8 +26,8 @@ def run(active, wave, tables, data, key, depth):
         surface = wave.surface[i]
         if wave.state[i] != PENDING or tables.surface_kind[surface] != _HERE:
             continue
-        plane = tables.plane[wave.hit[i]]
-        cos_i, cos_t, reflected, refracted = projections(wave, i, plane)
+        normal = wave.normal[i]
+        cos_i, cos_t, reflected, refracted = projections(wave, i, normal)
         scattered = data.scattered_share[surface]
         for band in range(n_bands):
             back, on = data.reflectance[surface, band], data.transmittance[surface, band]
@@ -47,4 +47,4 @@ def run(active, wave, tables, data, key, depth):
         if outcome >= SCATTERED_BACK:
             specular = reflected if outcome == SCATTERED_BACK else refracted
             p, q = gaussian_point(specular, data.sigma[surface], key.seed, ray, depth)
-        go_on(wave, i, plane, cos_i, cos_t, outcome, p, q)
+        go_on(wave, i, normal, cos_i, cos_t, outcome, p, q)

@@ -39,4 +39,4 @@ def run(active, wave, tables, data, key, depth):
         else:
             wave.state[i] = _REFRACTION
             go_through(wave, i)
-        scatter_lambertian(wave, i, tables.plane[wave.hit[i]], v, w)
+        scatter_lambertian(wave, i, wave.normal[i], v, w)

@@ -103,14 +103,14 @@ def abg_point(specular, b, g, ring_edge, ring_share, seed, ray, depth):
 
 
 @kernel
-def projections(wave, i, plane):
+def projections(wave, i, normal):
     """Cosines of incidence and of refraction of ray i, and projections of its two specular directions.
 
     Returns
     -------
     cos_i, cos_t, reflected, refracted : float; cos_t is -1 and refracted 1 under total reflection
     """
-    cos_i = incidence_cosine(wave, i, plane)
+    cos_i = incidence_cosine(wave, i, normal)
     cos_t = refraction_cosine(cos_i, wave.n_near[i], wave.n_far[i])
     reflected = math.sqrt(1.0 - cos_i * cos_i)
     refracted = min(1.0, wave.n_near[i] / wave.n_far[i] * reflected)
@@ -118,10 +118,10 @@ def projections(wave, i, plane):
 
 
 @kernel
-def scatter_to(wave, i, plane, p, q, outward):
+def scatter_to(wave, i, normal, p, q, outward):
     """Let ray i go on to the point (p, q) of the disc of directions on a side, 1 front or -1 back."""
     dx, dy, dz = wave.direction[i, 0], wave.direction[i, 1], wave.direction[i, 2]
-    nx, ny, nz = plane[0], plane[1], plane[2]
+    nx, ny, nz = normal[0], normal[1], normal[2]
     along = dx * nx + dy * ny + dz * nz
     ax, ay, az = dx - along * nx, dy - along * ny, dz - along * nz
     length = math.sqrt(ax * ax + ay * ay + az * az)
@@ -135,20 +135,20 @@ def scatter_to(wave, i, plane, p, q, outward):
 
 
 @kernel
-def go_on(wave, i, plane, cos_i, cos_t, outcome, p, q):
+def go_on(wave, i, normal, cos_i, cos_t, outcome, p, q):
     """Let ray i go on as was drawn; (p, q) matters where it scatters."""
     side = wave.near_side[i]
     if outcome == MIRRORED:
-        reflect(wave, i, plane)
+        reflect(wave, i, normal)
         wave.state[i] = _SPECULAR_REFLECTION
     elif outcome == REFRACTED:
-        refract(wave, i, plane, cos_i, cos_t)
+        refract(wave, i, normal, cos_i, cos_t)
         wave.state[i] = _SPECULAR_REFRACTION
     elif outcome == SCATTERED_BACK:
-        scatter_to(wave, i, plane, p, q, side)
+        scatter_to(wave, i, normal, p, q, side)
         wave.state[i] = _DIFFUSE_REFLECTION
         turn_back(wave, i)
     else:
-        scatter_to(wave, i, plane, p, q, -side)
+        scatter_to(wave, i, normal, p, q, -side)
         wave.state[i] = _DIFFUSE_REFRACTION
         go_through(wave, i)

@@ -11,7 +11,7 @@ from raymaps.jit import allocating_kernel, kernel
 from raymaps.kernels.directions import around
 from raymaps.kernels.phase import henyey_greenstein, tabulated
 from raymaps.kernels.random import SCATTER_DIRECTION, SCATTER_PLACE, uniforms
-from raymaps.kernels.transport import START_OFFSET, close_to, height_above
+from raymaps.kernels.transport import undo_passes
 from raymaps.kinds import EventKind
 
 __all__ = ["run", "scatter"]
@@ -71,26 +71,9 @@ def run(active, wave, tables, data, key, depth):
         for axis in range(3):
             wave.end[i, axis] = wave.position[i, axis] + way * wave.direction[i, axis]
         wave.distance[i] = way
-        wave.triangle[i] = close_to(_closest(wave, i, tables.plane))
+        undo_passes(wave, i, way)
         wave.hit[i] = -1
         wave.state[i] = _MEDIUM_SCATTERING
-
-
-@kernel
-def _closest(wave, i, plane):
-    """Triangle that a scattered ray is closer to than float32 can tell; -1 for none.
-
-    It can only be that from which the ray came, or next to which it was, or that which it would have met.
-    """
-    came_from = wave.triangle[i] if wave.triangle[i] >= 0 else close_to(wave.triangle[i])
-    closest, least = -1, START_OFFSET
-    for k in range(2):
-        triangle = came_from if k == 0 else wave.hit[i]
-        if triangle >= 0:
-            height = abs(height_above(plane[triangle], wave.end[i]))
-            if height < least:
-                closest, least = triangle, height
-    return closest
 
 
 @kernel

@@ -31,4 +31,4 @@ def run(active, wave, tables, data, key, depth):
             wave.state[i] = _ABSORPTION
             continue
         wave.state[i] = _REFLECTION
-        reflect(wave, i, tables.plane[wave.hit[i]])
+        reflect(wave, i, wave.normal[i])

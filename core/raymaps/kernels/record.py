@@ -12,7 +12,6 @@ from raymaps.kinds import EventKind
 __all__ = ["advance", "keep", "scatter"]
 
 _NUMERICAL = int(EventKind.KILLED_NUMERICAL)
-_MEDIUM_SCATTERING = int(EventKind.MEDIUM_SCATTERING)
 
 
 @kernel
@@ -62,8 +61,7 @@ def advance(active, wave, is_end, media):
             continue
         for a in range(3):
             wave.position[i, a] = wave.end[i, a]
-        if wave.state[i] != _MEDIUM_SCATTERING:  # which says itself what is close
-            wave.triangle[i] = wave.hit[i]
+        wave.triangle[i] = wave.hit[i]
         media[wave.medium[i]] = True
         active[going_on] = i
         going_on += 1

@@ -29,9 +29,9 @@ def run(active, wave, tables, data, key, depth):
         surface = wave.surface[i]
         if wave.state[i] != PENDING or tables.surface_kind[surface] != _HERE:
             continue
-        plane = tables.plane[wave.hit[i]]
+        normal = wave.normal[i]
         side = wave.near_side[i]
-        nx, ny, nz = side * plane[0], side * plane[1], side * plane[2]
+        nx, ny, nz = side * normal[0], side * normal[1], side * normal[2]
         ax, ay, az, bx, by, bz = tangents(nx, ny, nz)
         dx, dy, dz = wave.direction[i, 0], wave.direction[i, 1], wave.direction[i, 2]
         x, y = dx * ax + dy * ay + dz * az, dx * bx + dy * by + dz * bz

@@ -54,14 +54,14 @@ def run(active, wave, tables, data, key, depth):
         surface = wave.surface[i]
         if wave.state[i] != PENDING or tables.surface_kind[surface] != _HERE:
             continue
-        plane = tables.plane[wave.hit[i]]
+        normal = wave.normal[i]
         n_i, n_t = wave.n_near[i], wave.n_far[i]
         from_back = 1 if wave.near_side[i] < 0 else 0
         row = data.row[surface, from_back, wave.medium[i], wave.beyond[i]]
         if row < 0:  # the ray is lost among overlapping bodies
             wave.state[i] = _NUMERICAL
             continue
-        cos_i = incidence_cosine(wave, i, plane)
+        cos_i = incidence_cosine(wave, i, normal)
         if data.is_conductor[wave.beyond[i]]:
             cos_t = -1.0
             place, zone = cos_i, 0
@@ -81,8 +81,8 @@ def run(active, wave, tables, data, key, depth):
         if outcome < 0:
             wave.state[i] = _ABSORPTION
         elif outcome == 0:
-            reflect(wave, i, plane)
+            reflect(wave, i, normal)
             wave.state[i] = _REFLECTION
         else:
-            refract(wave, i, plane, cos_i, cos_t)
+            refract(wave, i, normal, cos_i, cos_t)
             wave.state[i] = _REFRACTION

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""From an event to the next place: start rays for Embree, locate its hits in float64, arrive on a surface.
+"""From an event to the next place: start rays for Embree, decide its hits in float64, arrive on a surface.
 
-Embree works in float32 and only names the triangle. A ray starts `START_OFFSET` off the triangle that it stands on,
-along the normal, a few steps of float32 in frame units; its hit point is computed in float64 from the exact start
-and the triangle's plane.
+Embree works in float32 and only names a triangle of the bounding mesh. Where the ray crosses the face that the triangle
+belongs to is decided in float64, on the face's exact surface or the triangle's plane, by what the ray knows of itself:
+the set of solids that it is in. A crossing that does not agree with it (into a solid that the ray is in already) is one
+where the ray stands, or shows that a crossing was missed.
 """
 
 from __future__ import annotations
@@ -13,133 +14,466 @@ import math
 import numpy as np
 
 from raymaps.jit import kernel
-from raymaps.kinds import EventKind
+from raymaps.kernels import exact
+from raymaps.kernels.inside import is_in, medium_of, ruling, toggle
+from raymaps.kinds import EventKind, SurfaceKind
 
-__all__ = ["PENDING", "REJECTED", "START_OFFSET", "arrive", "close_to", "height_above", "locate", "start"]
+__all__ = [
+    "CONTACT",
+    "DOUBTFUL",
+    "MAX_PASSES",
+    "PENDING",
+    "SEARCHING",
+    "START_OFFSET",
+    "arrive",
+    "begin",
+    "locate",
+    "recover",
+    "start",
+    "undo_passes",
+]
 
 #: In frame units; float32 keeps coordinates below 1 to 2^-25, and as many again for a triangle's corners.
 START_OFFSET = 2.0**-21
-#: Below this cosine the plane says less about the hit's distance than Embree does.
-GRAZING_COSINE = 1e-5
+#: Crossings closer than this along the normal are one interface, in frame units.
+CONTACT = 2.0**-21
+#: Below this cosine a ray is not moved along itself to the right side of its facet, but along the facet's normal.
+STEEP_COSINE = 0.05
+#: Cosine between normals of facets that run alongside each other.
+ALONGSIDE = 0.94
+#: By how much of its size a point of an entry may lie beyond a neighbouring face.
+ROUNDING = 2.0**-40
+#: Silent passes into and out of overlapped solids that are kept for each ray, should it be scattered before them.
+MAX_PASSES = 4
 
-#: States of a ray between two events, beside the kinds of events themselves.
-PENDING, REJECTED = 255, 254
+#: States of a ray between two events, beside the kinds of events themselves: it arrives on a surface; its search goes
+#: on; what Embree found does not agree with where the ray is.
+PENDING, SEARCHING, DOUBTFUL = 255, 254, 253
+
+#: What a triangle means to a ray: no crossing, or one where it stands; a crossing; one that does not agree.
+_NONE, _CROSSED, _STRAY = 0, 1, 2
 
 _LEFT = int(EventKind.LEFT)
 _NUMERICAL = int(EventKind.KILLED_NUMERICAL)
-_MISMATCH = int(EventKind.KILLED_MEDIUM_MISMATCH)
+_FRESNEL = int(SurfaceKind.FRESNEL)
 
 
 @kernel
-def close_to(triangle):
-    """Code in `Wave.triangle` of a ray that stands on no triangle, but next to one; its own inverse; -1 stays -1."""
-    return -2 - triangle
-
-
-@kernel
-def height_above(plane, point):
-    """Distance of a point from a triangle's plane, negative behind it."""
-    return plane[0] * point[0] + plane[1] * point[1] + plane[2] * point[2] - plane[3]
+def begin(rays, wave):
+    """Forget what an earlier search has left."""
+    for k in range(len(rays)):
+        i = rays[k]
+        wave.passed[i] = 0.0
+        wave.n_passes[i] = 0
 
 
 @kernel
 def start(rays, wave, tables, advance, origin, direction):
     """Fill Embree's float32 origins and directions.
 
+    A ray that stands on a triangle starts on its own side of it: where the exact surface lies on the other side of the
+    facet, past the facet along the ray. One that stands nowhere starts a little early.
+
     Parameters
     ----------
     rays : (n,) int32, slots of the wave
     wave, tables : see `raymaps.trace.Wave`, `raymaps.compile.Tables`
     advance : (n,) float64
-        Distance already searched along each ray.
+        Distance already searched along each ray; moved to the start.
     origin, direction : (n, 3) float32, filled
     """
     for k in range(len(rays)):
         i = rays[k]
-        triangle, offset = wave.triangle[i], 0.0
+        triangle, shift = wave.triangle[i], 0.0
         if triangle >= 0:
-            offset = START_OFFSET * wave.side[i]
-        elif triangle < -1:  # scattered next to a triangle, which rounding to float32 must not carry it through
-            triangle = close_to(triangle)
-            height = height_above(tables.plane[triangle], wave.position[i])
-            offset = math.copysign(max(START_OFFSET - abs(height), 0.0), height)
+            plane, side = tables.plane[triangle], wave.side[i]
+            height = side * _height_above(plane, wave.position[i])
+            if height < START_OFFSET:
+                shift = START_OFFSET
+                if height < 0.0:
+                    steep = side * _along(wave, i, plane)
+                    if steep > STEEP_COSINE:
+                        advance[k] = max(advance[k], -height / steep)
+                    else:
+                        shift -= height
+                shift *= side
+        elif advance[k] == 0.0:
+            advance[k] = -2.0 * START_OFFSET
         for axis in range(3):
-            shift = 0.0 if triangle < 0 else offset * tables.plane[triangle, axis]
-            origin[k, axis] = wave.position[i, axis] + shift + advance[k] * wave.direction[i, axis]
+            moved = shift * tables.plane[triangle, axis] if shift != 0.0 else 0.0
+            origin[k, axis] = wave.position[i, axis] + moved + advance[k] * wave.direction[i, axis]
             direction[k, axis] = wave.direction[i, axis]
 
 
 @kernel
-def locate(rays, wave, tables, advance, hit_triangle, hit_distance):
-    """Decide each hit in float64: sets the wave's state, hit triangle, distance and end point.
+def _height_above(plane, point):
+    """Distance of a point from a triangle's plane, negative behind it."""
+    return plane[0] * point[0] + plane[1] * point[1] + plane[2] * point[2] - plane[3]
 
-    State `PENDING`: the ray arrives on a triangle; `LEFT`: it leaves the scene's box (from the ambient medium: one that
-    leaves from inside a body slipped out by an edge and is killed); `REJECTED`: the hit lies where
-    the ray stands or behind it, and the search must go on past it.
+
+@kernel
+def _along(wave, i, normal):
+    """Cosine between the way of ray i and a normal."""
+    return wave.direction[i, 0] * normal[0] + wave.direction[i, 1] * normal[1] + wave.direction[i, 2] * normal[2]
+
+
+@kernel
+def locate(rays, wave, tables, boundary, advance, hits, guesses, found):
+    """Decide each hit in float64: sets the wave's state, hit triangle, normal, distance and end point.
+
+    State `PENDING`: the ray arrives on a face; `LEFT`: it leaves the scene's box; `SEARCHING`: what was hit is no
+    crossing, or one that changes nothing as another solid rules there, and the search goes on past it; `DOUBTFUL`: the
+    hits do not agree with the solids that the ray is in.
 
     Parameters
     ----------
     rays : (n,) int32, slots of the wave
+    boundary : see `raymaps.boundary.Boundary`
     advance : (n,) float64
-        Distance already searched; moved past rejected hits.
-    hit_triangle : (n,) int32, -1 where Embree found none
-    hit_distance : (n,) float32, from Embree's origin
+        Distance already searched; moved past what was hit.
+    hits : (n, n_searches) int32
+        Triangles that Embree found, -1 for none: first of all, then of those that may be in contact with it.
+    guesses : (n, n_searches) float64
+        Embree's distances of them from the ray's position.
+    found : `Found` with n_searches places a ray
 
     Returns
     -------
-    int: number of rejected hits
+    int: number of rays whose search goes on or is doubtful
     """
-    rejected = 0
+    unsettled = 0
     for k in range(len(rays)):
         i = rays[k]
-        triangle = hit_triangle[k]
-        px, py, pz = wave.position[i, 0], wave.position[i, 1], wave.position[i, 2]
-        dx, dy, dz = wave.direction[i, 0], wave.direction[i, 1], wave.direction[i, 2]
-        if triangle < 0:
-            distance = _distance_to_box(px, py, pz, dx, dy, dz, tables.box)
-            wave.state[i] = _LEFT if wave.medium[i] == tables.ambient[0] else _MISMATCH
-        else:
-            nx, ny, nz = tables.plane[triangle, 0], tables.plane[triangle, 1], tables.plane[triangle, 2]
-            cosine = dx * nx + dy * ny + dz * nz
-            if abs(cosine) > GRAZING_COSINE:
-                distance = (tables.plane[triangle, 3] - (px * nx + py * ny + pz * nz)) / cosine
+        if hits[k, 0] < 0:
+            if _is_outside(wave, i, boundary):
+                _leave(wave, i, tables)
             else:
-                distance = advance[k] + hit_distance[k]
-            if triangle == wave.triangle[i] or distance <= 0.0:
-                wave.state[i] = REJECTED
-                advance[k] += hit_distance[k] + START_OFFSET
-                rejected += 1
-                continue
-            wave.state[i] = PENDING
-        if not math.isfinite(distance):
-            wave.state[i] = _NUMERICAL
-            distance = 0.0
-        wave.hit[i] = triangle
-        wave.distance[i] = distance
-        wave.end[i, 0] = px + distance * dx
-        wave.end[i, 1] = py + distance * dy
-        wave.end[i, 2] = pz + distance * dz
-    return rejected
+                wave.state[i] = DOUBTFUL
+                unsettled += 1
+            continue
+        count, is_stray = 0, False
+        for c in range(hits.shape[1]):
+            if hits[k, c] >= 0:
+                verdict, t, nx, ny, nz, triangle = _crossing(i, hits[k, c], guesses[k, c], wave, tables, boundary)
+                if verdict == _CROSSED:
+                    _keep(found, k, count, t, nx, ny, nz, triangle)
+                    count += 1
+                elif verdict == _STRAY and c == 0:
+                    is_stray = True
+        if is_stray and count == 0:
+            wave.state[i] = DOUBTFUL
+        else:
+            wave.state[i] = _settle(i, k, count, found, wave, tables, boundary)
+            advance[k] = guesses[k, 0] + START_OFFSET
+        if wave.state[i] != PENDING:
+            unsettled += 1
+    return unsettled
 
 
 @kernel
-def _distance_to_box(px, py, pz, dx, dy, dz, box):
+def recover(rays, wave, tables, boundary, found):
+    """Decide doubtful rays slowly: in float64, over all triangles; a ray that stays in doubt is killed where it stands.
+
+    Embree misses about one crossing in a million, next to edges that float32 can't tell from the ray's start.
+    """
+    for k in range(len(rays)):
+        i = rays[k]
+        wave.state[i] = SEARCHING
+        for _ in range(2 * MAX_PASSES):
+            count, first, first_stray = 0, np.inf, np.inf
+            for other in range(len(boundary.corners)):
+                guess = _distance_to_triangle(wave, i, boundary.corners[other])
+                if math.isnan(guess):
+                    continue
+                verdict, t, nx, ny, nz, triangle = _crossing(i, other, guess, wave, tables, boundary)
+                if verdict == _STRAY:
+                    first_stray = min(first_stray, t)
+                elif verdict == _CROSSED:
+                    if t < first - CONTACT * 64.0:
+                        count = 0  # what was found before lies behind
+                    if t < first + CONTACT * 64.0 and count < found.t.shape[1]:
+                        _keep(found, k, count, t, nx, ny, nz, triangle)
+                        count += 1
+                        first = min(first, t)
+            if count == 0 or first_stray < first - CONTACT:
+                break
+            wave.state[i] = _settle(i, k, count, found, wave, tables, boundary)
+            if wave.state[i] == PENDING:
+                break
+        if wave.state[i] != PENDING:
+            if math.isinf(first_stray) and _is_outside(wave, i, boundary):
+                _leave(wave, i, tables)
+            else:
+                wave.state[i] = _NUMERICAL
+                wave.hit[i] = wave.triangle[i]
+                wave.distance[i] = 0.0
+                for axis in range(3):
+                    wave.end[i, axis] = wave.position[i, axis]
+
+
+@kernel
+def _distance_to_triangle(wave, i, corners):
+    """Distance along the line of ray i to a triangle; NaN where the line misses it, or nearly lies in it."""
+    ax, ay, az = (
+        corners[0, 0] - wave.position[i, 0],
+        corners[0, 1] - wave.position[i, 1],
+        corners[0, 2] - wave.position[i, 2],
+    )
+    bx, by, bz = (
+        corners[1, 0] - wave.position[i, 0],
+        corners[1, 1] - wave.position[i, 1],
+        corners[1, 2] - wave.position[i, 2],
+    )
+    cx, cy, cz = (
+        corners[2, 0] - wave.position[i, 0],
+        corners[2, 1] - wave.position[i, 1],
+        corners[2, 2] - wave.position[i, 2],
+    )
+    dx, dy, dz = wave.direction[i, 0], wave.direction[i, 1], wave.direction[i, 2]
+    u = dx * (cy * bz - cz * by) + dy * (cz * bx - cx * bz) + dz * (cx * by - cy * bx)
+    v = dx * (ay * cz - az * cy) + dy * (az * cx - ax * cz) + dz * (ax * cy - ay * cx)
+    w = dx * (by * az - bz * ay) + dy * (bz * ax - bx * az) + dz * (bx * ay - by * ax)
+    total = u + v + w
+    slop = 2.0**-30 * abs(total)
+    is_hit = (u >= -slop and v >= -slop and w >= -slop) or (u <= slop and v <= slop and w <= slop)
+    if not is_hit or total == 0.0:
+        return np.nan
+    return (
+        u * (ax * dx + ay * dy + az * dz) + v * (bx * dx + by * dy + bz * dz) + w * (cx * dx + cy * dy + cz * dz)
+    ) / total
+
+
+@kernel
+def _keep(found, k, place, t, nx, ny, nz, triangle):
+    found.t[k, place], found.triangle[k, place] = t, triangle
+    found.normal[k, place, 0], found.normal[k, place, 1], found.normal[k, place, 2] = nx, ny, nz
+
+
+@kernel
+def _is_outside(wave, i, boundary):
+    """Whether ray i is in those solids only that reach to infinity."""
+    differing = np.uint64(0)
+    for word in range(len(boundary.far)):
+        differing |= wave.inside[i, word] ^ boundary.far[word]
+    return differing == np.uint64(0)
+
+
+@kernel
+def _leave(wave, i, tables):
+    distance = _distance_to_box(wave.position[i], wave.direction[i], tables.box)
+    wave.state[i], wave.hit[i] = _LEFT, -1
+    _end_at(wave, i, distance)
+
+
+@kernel
+def _end_at(wave, i, distance):
+    wave.distance[i] = distance
+    for axis in range(3):
+        wave.end[i, axis] = wave.position[i, axis] + distance * wave.direction[i, axis]
+
+
+@kernel
+def _distance_to_box(p, d, box):
     """Distance along a direction to the inside of an axis-aligned box; 0 from outside."""
     distance = np.inf
-    if dx != 0.0:
-        distance = min(distance, ((box[1, 0] if dx > 0.0 else box[0, 0]) - px) / dx)
-    if dy != 0.0:
-        distance = min(distance, ((box[1, 1] if dy > 0.0 else box[0, 1]) - py) / dy)
-    if dz != 0.0:
-        distance = min(distance, ((box[1, 2] if dz > 0.0 else box[0, 2]) - pz) / dz)
+    for axis in range(3):
+        if d[axis] != 0.0:
+            distance = min(distance, ((box[1, axis] if d[axis] > 0.0 else box[0, axis]) - p[axis]) / d[axis])
     return max(distance, 0.0)
 
 
 @kernel
-def arrive(rays, wave, tables, met, media):
-    """Tell each pending ray which surface property it meets, from which side, and the media before and beyond.
+def _crossing(i, triangle, guess, wave, tables, boundary):
+    """What a triangle of the bounding mesh means to ray i.
 
-    A ray that comes from another medium than the surface's near side has was lost among overlapping or touching bodies.
+    Returns
+    -------
+    verdict, distance, outward normal (3 floats), triangle of the face that is crossed
+    """
+    way = 1.0 if _along(wave, i, tables.plane[triangle]) > 0.0 else -1.0
+    t, nx, ny, nz, crossed = _trimmed(i, triangle, guess, way, wave, tables, boundary)
+    if not math.isfinite(t):
+        return _NONE, t, nx, ny, nz, crossed
+    height = (t - wave.passed[i]) * abs(
+        nx * wave.direction[i, 0] + ny * wave.direction[i, 1] + nz * wave.direction[i, 2]
+    )
+    near = CONTACT + boundary.slack[crossed]
+    solid = boundary.solid[tables.triangle_face[crossed]]
+    if solid < 0:
+        return (_CROSSED if t > wave.passed[i] else _NONE), t, nx, ny, nz, crossed
+    if is_in(wave.inside[i], solid) == (way > 0.0):
+        return (_CROSSED if height >= -near else _NONE), max(t, wave.passed[i]), nx, ny, nz, crossed
+    return (_STRAY if height > near else _NONE), t, nx, ny, nz, crossed
+
+
+@kernel
+def _trimmed(i, triangle, guess, way, wave, tables, boundary):
+    """Crossing of ray i with the face of a triangle, or with the face beyond the edge where that one comes first.
+
+    Along a convex edge a body is what lies behind both faces' surfaces, along a concave one what lies behind either.
+    """
+    t, nx, ny, nz = _with_face(i, triangle, guess, way, wave, tables, boundary)
+    crossed = triangle
+    for edge in range(3):
+        other, bend = boundary.neighbour[triangle, edge], boundary.bend[triangle, edge]
+        if other < 0 or bend == 0:
+            continue
+        is_missed = not math.isfinite(t)
+        if not is_missed and bend * _height(i, other, t, wave, tables, boundary) <= 0.0:
+            continue
+        s, sx, sy, sz = _with_face(i, other, guess if is_missed else t, way, wave, tables, boundary)
+        may_pass_by = math.isfinite(s) and (is_missed or bend * way < 0.0)
+        if may_pass_by and bend * _height(i, crossed, s, wave, tables, boundary) > ROUNDING:
+            s = np.nan
+        t, nx, ny, nz, crossed = s, sx, sy, sz, other
+    return t, nx, ny, nz, crossed
+
+
+@kernel
+def _with_face(i, triangle, guess, way, wave, tables, boundary):
+    """Distance of ray i to the exact surface of a triangle's face, or to the triangle's plane, and the outward normal.
+
+    NaN if it is not crossed outwards (``way`` 1) or inwards (-1), or if the ray stands on it.
+    """
+    plane, face, standing = tables.plane[triangle], tables.triangle_face[triangle], wave.triangle[i]
+    p, d = wave.position[i], wave.direction[i]
+    surface = boundary.exact.face[face]
+    if surface >= 0:
+        outward = boundary.exact.outward[face]
+        stands_on = standing >= 0 and boundary.exact.face[tables.triangle_face[standing]] == surface
+        t, nx, ny, nz = exact.meet(
+            boundary.exact, surface, triangle, guess, way * outward, stands_on, p[0], p[1], p[2], d[0], d[1], d[2]
+        )
+        return t, outward * nx, outward * ny, outward * nz
+    along = _along(wave, i, plane)
+    t = -_height_above(plane, p) / along if along * way > 0.0 and triangle != standing else np.nan
+    return t, plane[0], plane[1], plane[2]
+
+
+@kernel
+def _height(i, triangle, t, wave, tables, boundary):
+    """How far the point at distance t of ray i lies outside the surface of a triangle's face."""
+    x, y, z = (
+        wave.position[i, 0] + t * wave.direction[i, 0],
+        wave.position[i, 1] + t * wave.direction[i, 1],
+        wave.position[i, 2] + t * wave.direction[i, 2],
+    )
+    face = tables.triangle_face[triangle]
+    surface = boundary.exact.face[face]
+    if surface >= 0:
+        return boundary.exact.outward[face] * exact.height(boundary.exact, surface, x, y, z)
+    plane = tables.plane[triangle]
+    return plane[0] * x + plane[1] * y + plane[2] * z - plane[3]
+
+
+@kernel
+def _settle(i, k, count, found, wave, tables, boundary):
+    """Let ray i arrive at the first of the crossings found at which something changes.
+
+    Crossings closer than a contact are one interface, between the medium before all of them and that behind all.
+
+    Returns
+    -------
+    `PENDING`, or `SEARCHING` if no crossing is left
+    """
+    while True:
+        first, begins = -1, np.inf
+        for c in range(count):
+            if found.t[k, c] < begins:
+                first, begins = c, found.t[k, c]
+        if first < 0:
+            return SEARCHING
+        for word in range(wave.across.shape[1]):
+            wave.across[i, word] = 0
+        before = ruling(wave.inside[i], boundary.has_medium)
+        for c in range(count):
+            if _is_member(i, k, c, first, begins, found, wave, boundary):
+                solid = boundary.solid[tables.triangle_face[found.triangle[k, c]]]
+                if solid >= 0:
+                    toggle(wave.across[i], solid)
+        toggle_all(wave.inside[i], wave.across[i])
+        after = ruling(wave.inside[i], boundary.has_medium)
+        chosen, best = -1, 1 << 30
+        for c in range(count):
+            if _is_member(i, k, c, first, begins, found, wave, boundary):
+                rank = _precedence(found.triangle[k, c], before, after, tables, boundary)
+                if 0 <= rank < best:
+                    chosen, best = c, rank
+        if chosen >= 0:
+            toggle_all(wave.inside[i], wave.across[i])  # it is not through yet
+            wave.hit[i] = found.triangle[k, chosen]
+            for axis in range(3):
+                wave.normal[i, axis] = found.normal[k, chosen, axis]
+            wave.beyond[i] = medium_of(after, boundary.solid_medium, tables.ambient)
+            _end_at(wave, i, begins)
+            return PENDING
+        wave.passed[i] = begins
+        for c in range(count):
+            if _is_member(i, k, c, first, begins, found, wave, boundary):
+                _note_pass(wave, i, begins, boundary.solid[tables.triangle_face[found.triangle[k, c]]])
+                found.t[k, c] = np.inf
+
+
+@kernel
+def _is_member(i, k, c, first, begins, found, wave, boundary):
+    """Whether a crossing belongs to the interface of the first one.
+
+    Facets of faces that run alongside may be as far apart as they are off the surfaces that they stand for.
+    """
+    if not math.isfinite(found.t[k, c]):
+        return False
+    normal, other = found.normal[k, first], found.normal[k, c]
+    apart = (found.t[k, c] - begins) * abs(_along(wave, i, other))
+    if apart <= CONTACT:
+        return True
+    parallel = abs(normal[0] * other[0] + normal[1] * other[1] + normal[2] * other[2])
+    slack = boundary.slack[found.triangle[k, first]] + boundary.slack[found.triangle[k, c]]
+    return parallel > ALONGSIDE and apart <= CONTACT + slack
+
+
+@kernel
+def _precedence(triangle, before, after, tables, boundary):
+    """Which face of an interface acts: the least number, -1 for one that does not.
+
+    First a surface that is no boundary of a medium, then one that is more than a smooth boundary, then the face of the
+    solid of the higher priority. A solid that rules on neither side has no face here.
+    """
+    face = tables.triangle_face[triangle]
+    solid = boundary.solid[face]
+    if solid < 0 or boundary.solid_medium[solid] < 0:
+        return 0
+    if before == after or solid not in (before, after):
+        return -1
+    plain = tables.surface_kind[tables.face_surface[face]] == _FRESNEL
+    return 1 + solid + (1 << 24) * plain
+
+
+@kernel
+def toggle_all(inside, across):
+    """Enter the solids of a set that a ray is not in, leave those that it is in."""
+    for word in range(len(inside)):
+        inside[word] ^= across[word]
+
+
+@kernel
+def _note_pass(wave, i, t, solid):
+    if wave.n_passes[i] < MAX_PASSES:
+        wave.pass_t[i, wave.n_passes[i]] = t
+        wave.pass_solid[i, wave.n_passes[i]] = solid
+        wave.n_passes[i] += 1
+
+
+@kernel
+def undo_passes(wave, i, distance):
+    """Take back what ray i passed beyond a distance, where it is scattered before it gets there."""
+    for k in range(wave.n_passes[i]):
+        if wave.pass_t[i, k] > distance:
+            toggle(wave.inside[i], wave.pass_solid[i, k])
+
+
+@kernel
+def arrive(rays, wave, tables, met, media):
+    """Tell each pending ray which surface property it meets, from which side, and the indices before and beyond.
 
     Parameters
     ----------
@@ -150,22 +484,12 @@ def arrive(rays, wave, tables, met, media):
         i = rays[k]
         if wave.state[i] != PENDING:
             continue
-        triangle = wave.hit[i]
-        face = tables.triangle_face[triangle]
-        cosine = 0.0
-        for axis in range(3):
-            cosine += wave.direction[i, axis] * tables.plane[triangle, axis]
-        from_front = cosine < 0.0
-        near = tables.face_outside[face] if from_front else tables.face_inside[face]
-        beyond = tables.face_inside[face] if from_front else tables.face_outside[face]
-        wave.near_side[i] = 1 if from_front else -1
-        wave.beyond[i] = wave.medium[i] if beyond < 0 else beyond
-        wave.surface[i] = tables.face_surface[face]
+        cosine = _along(wave, i, wave.normal[i])
+        wave.near_side[i] = 1 if cosine < 0.0 else -1
+        wave.surface[i] = tables.face_surface[tables.triangle_face[wave.hit[i]]]
         met[tables.surface_kind[wave.surface[i]]] = True
         media[wave.beyond[i]] = True
         wave.n_near[i] = tables.medium_index[wave.medium[i]]
         wave.n_far[i] = tables.medium_index[wave.beyond[i]]
-        if near >= 0 and near != wave.medium[i]:
-            wave.state[i] = _MISMATCH
-        elif not math.isfinite(cosine):
+        if not math.isfinite(cosine):
             wave.state[i] = _NUMERICAL

@@ -14,11 +14,12 @@ __all__ = ["run"]
 
 
 @kernel
-def run(slots, wave, key, tables, triangles, cumulated_area, corners):
+def run(slots, wave, key, tables, exact, triangles, cumulated_area, corners):
     """Lambertian from triangles with constant exitance, outwards; see `raymaps.kernels.emission.triangles`."""
     for k in range(len(slots)):
         i = slots[k]
-        plane = tables.plane[start(i, wave, key, triangles, cumulated_area, corners)]
+        start(i, wave, key, tables, exact, triangles, cumulated_area, corners)
+        normal = wave.normal[i]
         u, v, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), 0, ON_SURFACE)
-        dx, dy, dz = lambertian(plane[0], plane[1], plane[2], u, v)
+        dx, dy, dz = lambertian(normal[0], normal[1], normal[2], u, v)
         wave.direction[i, 0], wave.direction[i, 1], wave.direction[i, 2] = dx, dy, dz

@@ -19,13 +19,14 @@ __all__ = ["run"]
 
 
 @kernel
-def run(slots, wave, key, tables, triangles, cumulated_area, corners, exponent):
+def run(slots, wave, key, tables, exact, triangles, cumulated_area, corners, exponent):
     """From triangles with constant exitance, outwards; see `raymaps.kernels.emission.triangles`."""
     for k in range(len(slots)):
         i = slots[k]
-        plane = tables.plane[start(i, wave, key, triangles, cumulated_area, corners)]
+        start(i, wave, key, tables, exact, triangles, cumulated_area, corners)
+        normal = wave.normal[i]
         u, v, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), 0, ON_SURFACE)
         below = -math.expm1(math.log1p(-u) / (exponent + 1.0))  # 1 - cos(theta); so narrow lobes keep their sines
         sin_theta = math.sqrt(below * (2.0 - below))
-        dx, dy, dz = around(plane[0], plane[1], plane[2], 1.0 - below, sin_theta, 2.0 * math.pi * v)
+        dx, dy, dz = around(normal[0], normal[1], normal[2], 1.0 - below, sin_theta, 2.0 * math.pi * v)
         wave.direction[i, 0], wave.direction[i, 1], wave.direction[i, 2] = dx, dy, dz

@@ -17,7 +17,7 @@ __all__ = ["run"]
 
 
 @kernel
-def run(slots, wave, key, tables, triangles, cumulated_area, corners, angle_rad, intensity, cumulated):
+def run(slots, wave, key, tables, exact, triangles, cumulated_area, corners, angle_rad, intensity, cumulated):
     """From triangles with constant exitance, outwards; see `raymaps.kernels.emission.triangles`.
 
     Parameters
@@ -29,9 +29,10 @@ def run(slots, wave, key, tables, triangles, cumulated_area, corners, angle_rad,
     for k in range(len(slots)):
         i = slots[k]
         ray = key.first_ray + np.uint64(i)
-        plane = tables.plane[start(i, wave, key, triangles, cumulated_area, corners)]
+        start(i, wave, key, tables, exact, triangles, cumulated_area, corners)
+        normal = wave.normal[i]
         u, v, w, _ = uniforms(key.seed, ray, 0, ON_SURFACE)
         c = choose(cumulated, u, w)
         theta = angle_between(angle_rad[c], angle_rad[c + 1], intensity[c], intensity[c + 1], key.seed, ray)
-        dx, dy, dz = around(plane[0], plane[1], plane[2], math.cos(theta), math.sin(theta), 2.0 * math.pi * v)
+        dx, dy, dz = around(normal[0], normal[1], normal[2], math.cos(theta), math.sin(theta), 2.0 * math.pi * v)
         wave.direction[i, 0], wave.direction[i, 1], wave.direction[i, 2] = dx, dy, dz

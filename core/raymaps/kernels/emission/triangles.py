@@ -8,14 +8,15 @@ import math
 import numpy as np
 
 from raymaps.jit import kernel
+from raymaps.kernels.exact import normal, settle
 from raymaps.kernels.random import EMIT_PLACE, uniforms
 
 __all__ = ["start"]
 
 
 @kernel
-def start(i, wave, key, triangles, cumulated_area, corners):
-    """Put the ray of slot i on the front of one of the triangles; returns its index.
+def start(i, wave, key, tables, exact, triangles, cumulated_area, corners):
+    """Put the ray of slot i on the front of one of the triangles, or the exact surface behind it, and set its normal.
 
     Parameters
     ----------
@@ -32,4 +33,14 @@ def start(i, wave, key, triangles, cumulated_area, corners):
         )
     wave.triangle[i] = triangles[t]
     wave.side[i] = 1
-    return triangles[t]
+    face = tables.triangle_face[triangles[t]]
+    surface = exact.face[face]
+    if surface < 0:
+        for a in range(3):
+            wave.normal[i, a] = tables.plane[triangles[t], a]
+        return
+    x, y, z = settle(exact, surface, triangles[t], wave.position[i, 0], wave.position[i, 1], wave.position[i, 2])
+    nx, ny, nz = normal(exact, surface, x, y, z)
+    wave.position[i, 0], wave.position[i, 1], wave.position[i, 2] = x, y, z
+    outward = exact.outward[face]
+    wave.normal[i, 0], wave.normal[i, 1], wave.normal[i, 2] = outward * nx, outward * ny, outward * nz
