@@ -10,13 +10,17 @@ from pathlib import Path
 
 import numpy as np
 
-from raymaps.compile import compile_scene
+from raymaps.compile import CompiledScene, compile_scene
 from raymaps.effects.usage import used_surfaces
-from raymaps.errors import RayMapsError, SceneError
+from raymaps.errors import RayMapsError, SceneError, listed
+from raymaps.exact import Fallback, exact_faces
 from raymaps.materials import Mixture, ThinFilm
 from raymaps.results.ledger import energy_ledger
 from raymaps.results.lost import MAX_PLACES, lost_rays, lost_words
 from raymaps.scene import CrossingsSource, EmissionTable, RectangleDetector, Scene, load_scene
+from raymaps.solids.overlaps import Overlap, overlaps
+from raymaps.solids.ranks import why_it_rules
+from raymaps.solids.shells import oddities
 from raymaps.store import RayMap
 from raymaps.store.columns import REMEDY
 
@@ -24,6 +28,8 @@ __all__ = ["Finding", "check", "check_map", "check_scene"]
 
 #: Share of the emitted light that may be killed for too many events before it is worth a word.
 KILLED_SHARE = 1e-4
+#: Findings of a kind that are told one by one.
+MAX_ALIKE = 20
 
 
 @dataclass(frozen=True)
@@ -87,7 +93,7 @@ def _geometry_findings(scene: Scene) -> Iterator[Finding]:
     try:
         compiled = compile_scene(scene)
     except SceneError as error:
-        yield Finding(str(error), is_fault=True)
+        yield from (Finding(fault, is_fault=True) for fault in error.faults)
         return
     if not compiled.meshes:
         yield Finding("The scene has no body: all light leaves it.")
@@ -103,15 +109,54 @@ def _geometry_findings(scene: Scene) -> Iterator[Finding]:
             "sources, detectors and bodies nearer."
         )
     for mesh in compiled.meshes:
-        if mesh.degenerate.any():
-            first = int(np.flatnonzero(mesh.degenerate)[0])
-            face = mesh.face_names[mesh.triangle_face[first]]
-            yield Finding(
-                f"Body '{mesh.name}': {int(mesh.degenerate.sum())} of {len(mesh.triangles)} triangles have no area, "
-                f"the first is number {first} in face '{face}'; no light can hit them, so they are passed over."
-            )
-        if not mesh.is_closed:
-            yield Finding(f"Body '{mesh.name}' is an open shell: its surface acts on both sides.")
+        yield from map(Finding, oddities(mesh))
+    yield from _first(_facets_in_words(compiled), "faces stay facets")
+    pairs = [_pair_in_words(compiled, overlap) for overlap in overlaps(scene, compiled.meshes, compiled.frame)]
+    yield from _first(pairs, "pairs of bodies touch, overlap or stand in each other")
+
+
+def _first(texts: list[str], what: str) -> Iterator[Finding]:
+    """The first findings of a kind, and how many more there are."""
+    yield from map(Finding, texts[:MAX_ALIKE])
+    if len(texts) > MAX_ALIKE:
+        yield Finding(f"{len(texts) - MAX_ALIKE} more {what}.")
+
+
+def _facets_in_words(compiled: CompiledScene) -> list[str]:
+    """Faces that stay facets though exact surfaces were asked for, those of a body for one reason together."""
+    alike: dict[tuple[str, str], list[Fallback]] = {}
+    for fallback in exact_faces(compiled.scene, compiled.meshes).fallbacks:
+        alike.setdefault((fallback.body, fallback.reason), []).append(fallback)
+    texts = []
+    for (body, reason), faces in alike.items():
+        error_mm = max(face.error_mm for face in faces)
+        off = f", up to about {error_mm:.1g} mm off the surface," if error_mm else ""
+        names = listed([face.face for face in faces], 5)
+        texts.append(f"Body '{body}': light meets the facets of {names}{off} as {reason}.")
+    return texts
+
+
+def _pair_in_words(compiled: CompiledScene, overlap: Overlap) -> str:
+    first, second = (compiled.names.bodies[i] for i in (overlap.first, overlap.second))
+    other = overlap.second if overlap.ruling == overlap.first else overlap.first
+    rules = f"'{compiled.names.bodies[overlap.ruling]}' rules there, as "
+    rules += why_it_rules(compiled.scene, compiled.meshes, overlap.ruling, other)
+    faces = " and ".join(
+        f"{listed(faces, 5)} of '{name}'" for name, faces in zip((first, second), overlap.faces, strict=True) if faces
+    )
+    if overlap.kind == "overlap":
+        return (
+            f"Bodies '{first}' and '{second}' overlap by about {overlap.depth_mm:.2g} mm: {rules}. If that is not "
+            "meant, move one of them, or set a priority."
+        )
+    if overlap.kind == "inside":
+        meet = f" They share {faces}." if faces else ""
+        unseen = " Nothing of it is left: set a priority." if overlap.ruling == overlap.second else ""
+        return f"Body '{first}' stands inside body '{second}': {rules}.{meet}{unseen}"
+    return (
+        f"Bodies '{first}' and '{second}' touch at {faces}: that is one interface. Facets can't tell a gap of less "
+        f"than {overlap.within_mm:.1g} mm."
+    )
 
 
 def _unused(scene: Scene) -> Iterator[Finding]:
