@@ -6,6 +6,7 @@ import pytest
 
 from raymaps.geometry import BodyMesh
 from raymaps.results.face_cells import MOST_PATCHES, divided
+from tests.face_maps import tube
 
 
 def mesh_of(triangles_mm, faces=None):
@@ -99,3 +100,45 @@ def test_triangles_without_area():
     assert cells.area_mm2.tolist() == [0, 0]
     assert not cells.is_whole.any()
     assert cells.cell_of(mesh_of(flat), np.array([0, 1]), np.ones((2, 3))).tolist() == [0, 1]
+
+
+@pytest.mark.parametrize("steep", [0.0, 1.5])
+def test_light_on_an_exact_surface_beside_its_triangle_counts_to_the_next_one(steep):
+    """Even light on a round mantle falls evenly into cells, though light comes through facets beside its places."""
+    n, radius = 18, 10.0
+    mesh = tube("Tube", radius, 5.0, n)
+    cells = divided(mesh, np.array([0]), 2000)
+    rng = np.random.default_rng(5)
+    angle = rng.uniform(0, 2 * np.pi, 400_000)
+    places = np.stack([radius * np.cos(angle), radius * np.sin(angle), rng.uniform(0, 5.0, angle.size)], axis=1)
+    # the facet is that over the place from which slanted light came, before it met the surface
+    sagitta = 1 - np.cos(np.pi / n)
+    through = np.floor((angle + steep * sagitta) / (2 * np.pi / n)).astype(np.int64) % n
+    found = cells.cell_of(mesh, through, places)
+    share = np.bincount(found, minlength=len(cells.area_mm2)) / len(found)
+    even = cells.area_mm2 / cells.area_mm2.sum()
+    # a facet's cells hold up to 1 % more or less of the arc over them
+    assert np.abs(share / even - 1).max() < 0.02 + 5 / np.sqrt(len(found) * even.min())
+
+
+def test_places_move_on_within_their_face_only():
+    """Two squares side by side are two faces: a place beyond the border stays with its own."""
+    square = np.array([[[0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 0, 0], [1, 1, 0], [0, 1, 0]]], float)
+    beside = square + [1, 0, 0]
+    place = np.array([[1.25, 0.5, 0.1]])
+    apart = mesh_of(np.concatenate([square, beside]), [2, 2])
+    cells = divided(apart, np.array([0, 1]), 4)
+    assert cells.triangle[cells.cell_of(apart, np.array([0]), place)].tolist() == [0]
+    joined = mesh_of(np.concatenate([square, beside]), [4])
+    cells = divided(joined, np.array([0]), 4)
+    assert cells.triangle[cells.cell_of(joined, np.array([0]), place)].tolist() == [3]
+
+
+def test_places_far_off_and_slivers_are_no_trouble():
+    plain, flat = [[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 0, 0], [1, 0, 0], [0.5, 1e-160, 0]]
+    thin = [[0, 0, 5], [1, 1e-9, 5], [2, 0, 5]]
+    mesh = mesh_of([plain, flat, thin])
+    cells = divided(mesh, np.array([0]), 50)
+    for place in ([1e100, -1e100, 1e100], [-1e100, 1e100, 0.0], [5.0, 7.0, -3.0]):
+        found = cells.cell_of(mesh, np.arange(3), np.array([place] * 3))
+        assert ((found >= 0) & (found < len(cells.area_mm2))).all()

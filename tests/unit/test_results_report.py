@@ -3,20 +3,19 @@ import csv
 import json
 import math
 from html.parser import HTMLParser
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from raymaps.criterion import query
 from raymaps.errors import CriterionError, OutputError
-from raymaps.geometry import BodyMesh
 from raymaps.kinds import ENDINGS, EventKind
-from raymaps.results.incidence import incidence_angles_rad, triangle_normals
+from raymaps.results.incidence import incidence_angles_rad
 from raymaps.results.report import ray_histories, report
 from raymaps.results.words import describe_event
 from raymaps.run import simulate
 from tests.criterion_maps import NAMES, OFF_SURFACES, random_map
+from tests.face_maps import corner_mesh, map_of
 
 
 @pytest.fixture(scope="module")
@@ -201,24 +200,10 @@ def test_files_of_other_kinds_are_refused(raymap, tmp_path):
         report(raymap).write(tmp_path / "rays.txt")
 
 
-def corner_mesh(name, normal_axis):
-    """One triangle whose normal is an axis."""
-    corners = np.roll(np.array([[0.0, 0, 0], [0, 1, 0], [0, 0, 1]]), normal_axis, axis=1)
-    return BodyMesh(name, corners, np.array([[0, 1, 2]]), ("Face1",), np.zeros(1, np.int32))
-
-
-def test_normals_of_triangles_of_all_bodies():
-    raymap = SimpleNamespace(
-        manifest=SimpleNamespace(grid_mm=0.0), meshes=(corner_mesh("A", 0), corner_mesh("B", 1), corner_mesh("C", 2))
-    )
-    normals = triangle_normals(raymap, np.array([2, 0, 1], np.int32))
-    assert normals.tolist() == [[0, 0, 1], [1, 0, 0], [0, 1, 0]]
-
-
 @pytest.mark.parametrize("angle_deg", [0.0, 1e-6, 30.0, 60.0, 89.9, 90.0])
 @pytest.mark.parametrize("sign", [1, -1])
 def test_angle_of_incidence(angle_deg, sign):
-    raymap = SimpleNamespace(manifest=SimpleNamespace(grid_mm=0.0), meshes=(corner_mesh("A", 0),))
+    raymap = map_of(corner_mesh("A", 0))
     angle = math.radians(angle_deg)
     way = 10.0 * np.array([sign * math.cos(angle), math.sin(angle), 0.0])
     found = incidence_angles_rad(raymap, np.stack([-way, np.zeros(3)]), np.array([0, 0], np.int32))
@@ -227,7 +212,7 @@ def test_angle_of_incidence(angle_deg, sign):
 
 
 def test_no_angle_off_a_surface_or_without_a_way():
-    raymap = SimpleNamespace(manifest=SimpleNamespace(grid_mm=0.0), meshes=(corner_mesh("A", 0),))
+    raymap = map_of(corner_mesh("A", 0))
     positions = np.array([[0.0, 0, 0], [1, 0, 0], [1, 0, 0]])
     assert np.isnan(incidence_angles_rad(raymap, positions, np.array([0, -1, 0], np.int32))).all()
 

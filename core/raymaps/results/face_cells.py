@@ -14,13 +14,15 @@ from numpy.typing import NDArray
 
 from raymaps.geometry import BodyMesh
 
-__all__ = ["CELLS", "CELLS_OF_A_PATCH", "FaceCells", "divided"]
+__all__ = ["CELLS", "CELLS_OF_A_PATCH", "FaceCells", "barycentric", "divided"]
 
 Float = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 #: Into how many cells faces are divided, about; how many cells a patch has, and how many patches there are at most.
 CELLS, CELLS_OF_A_PATCH, MOST_PATCHES = 1000, 10, 1000
+#: How many triangles further a place may lie than the one through which light came to it.
+MOST_STEPS = 8
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,8 @@ class FaceCells:
         Whether a patch has about the common area; smaller ones are those of small faces.
     first, parts : (n_triangles of the body,) int64
         First cell of each triangle, -1 where it is on no chosen face, and into how many parts its sides are divided.
+    beyond : (n_triangles of the body, 3 edges) int64
+        Triangle of the same face beyond the edges from corner to corner, -1 where there is none.
     """
 
     triangle: Indices
@@ -50,20 +54,47 @@ class FaceCells:
     is_whole: NDArray[np.bool_] = field(repr=False)
     first: Indices = field(repr=False)
     parts: Indices = field(repr=False)
+    beyond: Indices = field(repr=False)
 
     def cell_of(self, mesh: BodyMesh, triangle: Indices, place_mm: Float) -> Indices:
-        """Cell of places on triangles, (n,); places beside their triangle count to its border."""
-        a, b, c = np.moveaxis(mesh.corners_mm[triangle], 1, 0)
-        u, v = _barycentric(place_mm - a, b - a, c - a)
+        """Cell of places at triangles, (n,); places beside their face count to its border."""
+        triangle, u, v = self._below(mesh, triangle, place_mm)
         k = self.parts[triangle]
-        i = np.clip(np.floor(u * k).astype(np.int64), 0, k - 1)
-        j = np.clip(np.floor(v * k).astype(np.int64), 0, k - 1 - i)
+        i = np.clip(np.floor(u * k), 0, k - 1).astype(np.int64)
+        j = np.clip(np.floor(v * k), 0, k - 1 - i).astype(np.int64)
         upper = (u * k - i + v * k - j > 1.0) & (i + j < k - 1)
         return self.first[triangle] + i * (2 * k - i) + 2 * j + upper
 
+    def _below(self, mesh: BodyMesh, triangle: Indices, place_mm: Float) -> tuple[Indices, Float, Float]:
+        """Triangles below places, (n,), and the shares of their second and third corners there.
 
-def _barycentric(p: Float, e: Float, f: Float) -> tuple[Float, Float]:
-    """Shares u and v with p = u e + v f, by least squares, (n,) each; 0 where e and f span no area."""
+        A place on an exact surface can lie beside the triangle through which light came to it: then it belongs to one
+        of those next to it.
+        """
+        triangle = triangle.copy()
+        u, v = barycentric(mesh.corners_mm[triangle], place_mm)
+        moving = np.flatnonzero((u < 0) | (v < 0) | (u + v > 1))
+        for _ in range(MOST_STEPS):
+            behind = np.stack([v[moving], 1 - u[moving] - v[moving], u[moving]], axis=1)  # of each edge, if negative
+            beyond = self.beyond[triangle[moving]]
+            behind[beyond < 0] = 0.0
+            edge = np.argmin(behind, axis=1)[:, None]
+            on = np.take_along_axis(behind, edge, axis=1)[:, 0] < 0
+            moving, target = moving[on], np.take_along_axis(beyond, edge, axis=1)[on, 0]
+            if not len(moving):
+                break
+            triangle[moving] = target
+            u[moving], v[moving] = barycentric(mesh.corners_mm[target], place_mm[moving])
+        return triangle, u, v
+
+
+def barycentric(corners_mm: Float, place_mm: Float) -> tuple[Float, Float]:
+    """Shares of the second and third corner of triangles, (n, 3, 3), at the feet of perpendiculars from places, (n, 3).
+
+    By least squares, (n,) each; 0 in triangles without an area.
+    """
+    a, b, c = np.moveaxis(corners_mm, 1, 0)
+    p, e, f = place_mm - a, b - a, c - a
     ee, ff, ef = (np.einsum("ij,ij->i", x, y) for x, y in ((e, e), (f, f), (e, f)))
     pe, pf = (np.einsum("ij,ij->i", p, x) for x in (e, f))
     determinant = ee * ff - ef * ef
@@ -102,7 +133,27 @@ def divided(mesh: BodyMesh, faces: NDArray[np.int64], n_cells: int = CELLS) -> F
     patch = _patches(corners.mean(axis=1), cell_area, mesh.triangle_face[triangle], target)
     patch_area: Float = np.bincount(patch, cell_area).astype(np.float64)
     is_whole = patch_area >= min(0.5 * target, float(patch_area.max()))
-    return FaceCells(triangle, corners, cell_area, patch, patch_area, is_whole & (patch_area > 0), first, parts)
+    return FaceCells(
+        triangle, corners, cell_area, patch, patch_area, is_whole & (patch_area > 0), first, parts,
+        _neighbours(mesh, triangles),
+    )  # fmt: skip
+
+
+def _neighbours(mesh: BodyMesh, triangles: Indices) -> Indices:
+    """Triangle of the same face beyond each edge of some triangles; see `FaceCells.beyond`."""
+    beyond = np.full((len(mesh.triangles), 3), -1, np.int64)
+    start = mesh.corner_places[triangles]
+    end = np.roll(start, -1, axis=1)
+    n = int(start.max(initial=0)) + 1
+    face = mesh.triangle_face[triangles].astype(np.int64)[:, None]
+    edge = ((face * n + np.minimum(start, end)) * n + np.maximum(start, end)).ravel()
+    order = np.argsort(edge, kind="stable")
+    shared = edge[order[1:]] == edge[order[:-1]]
+    here, there = order[:-1][shared], order[1:][shared]
+    of_edge = np.full(len(edge), -1, np.int64)
+    of_edge[here], of_edge[there] = triangles[there // 3], triangles[here // 3]
+    beyond[triangles] = of_edge.reshape(-1, 3)
+    return beyond
 
 
 def _corner_shares(k: int) -> Float:

@@ -19,7 +19,7 @@ from raymaps.results.detector_result import OVER_AREA, AreaResult, cell_rgb_w, c
 from raymaps.results.edges import feature_edges_mm
 from raymaps.results.face_cells import CELLS, FaceCells, divided
 from raymaps.results.figures import Asked, photometric, radiometric
-from raymaps.results.incidence import triangle_normals
+from raymaps.results.incidence import normals
 from raymaps.scene import FaceDetector
 
 if TYPE_CHECKING:
@@ -193,9 +193,10 @@ def evaluate_faces(
 
 def _within(raymap: RayMap, portion: Portion, rows: NDArray[np.int64], largest_rad: float) -> NDArray[np.bool_]:
     """Which events took place up to an angle of incidence; those at the very limit, as far as places tell, did."""
-    way = portion.position_mm[rows].astype(np.float64) - portion.position_mm[rows - 1]
-    normals = triangle_normals(raymap, portion.triangle[rows])
-    cosine = np.abs(np.einsum("ij,ij->i", way, normals))
-    angle_rad = np.arctan2(np.linalg.norm(np.cross(way, normals), axis=1), cosine)
+    place_mm = portion.position_mm[rows].astype(np.float64)
+    way = place_mm - portion.position_mm[rows - 1]
+    normal = normals(raymap, portion.triangle[rows], place_mm)
+    cosine = np.abs(np.einsum("ij,ij->i", way, normal))
+    angle_rad = np.arctan2(np.linalg.norm(np.cross(way, normal), axis=1), cosine)
     length = np.maximum(np.linalg.norm(way, axis=1), 1e-300)
     return np.asarray(angle_rad <= largest_rad + np.minimum(2 * raymap.manifest.grid_mm / length, 0.01))

@@ -64,7 +64,7 @@ class RayEvent:
     flux_left_lm : float or None
         The same in lm; None of an RGB simulation.
     incidence_deg : float or None
-        Angle between the arriving ray and the normal of the triangle, 0 to 90; None off a surface.
+        Angle between the arriving ray and the normal of the surface, 0 to 90; None off a surface.
     detectors : tuple of DetectorCrossing
         On the segment that starts here, in their order.
     """

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from raymaps.bands import RGB_BANDS, Bands
 from raymaps.errors import MapError, OutputError
+from raymaps.exact.faces import ExactFaces, exact_faces
 from raymaps.formats.ray_file import write_rays
 from raymaps.formats.ray_set import RaySet
 from raymaps.geometry import BodyMesh, load_bodies, write_ply
@@ -165,6 +166,14 @@ class RayMap:
     def meshes(self) -> tuple[BodyMesh, ...]:
         """Triangles of the bodies; events count triangles through all of them in this order."""
         return load_bodies(self.scene)
+
+    @cached_property
+    def exact_faces(self) -> ExactFaces:
+        """Exact surfaces that light met in place of triangles; maps of times before that don't say, and have none."""
+        settings = self.scene.settings
+        surfaces = settings.surfaces if "surfaces" in settings.model_fields_set else "faceted"
+        scene = self.scene.model_copy(update={"settings": settings.model_copy(update={"surfaces": surfaces})})
+        return exact_faces(scene, self.meshes)
 
     @property
     def n_rays(self) -> int:
@@ -325,7 +334,7 @@ def _scene_in_map(scene: Scene, meshes: Sequence[BodyMesh]) -> Scene:
             FaceGroup(name=face, triangles=int(n), surface=exact.get(face))
             for face, n in zip(mesh.face_names, counts, strict=True)
         )
-        geometry = Geometry(file=f"geometry/{i:04d}.ply", faces=faces)
+        geometry = Geometry(file=f"geometry/{i:04d}.ply", faces=faces, smooth_faces=body.geometry.smooth_faces)
         bodies[name] = body.model_copy(update={"geometry": geometry})
     sources = {
         name: source.as_rays(_ray_file(scene, name)) if isinstance(source, RaysSource | CrossingsSource) else source
