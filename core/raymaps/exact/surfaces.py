@@ -18,7 +18,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from raymaps.exact.bspline import BSpline, bspline_of
 from raymaps.scene.exact_surfaces import (
+    BSplineSurface,
     ConeSurface,
     CylinderSurface,
     ExactSurface,
@@ -197,7 +199,7 @@ class Torus:
         return np.sort((t + start)[outer].astype(np.float64))
 
 
-Surface = Plane | Sphere | Cylinder | Cone | Torus
+Surface = Plane | Sphere | Cylinder | Cone | Torus | BSpline
 
 
 def exact_surface(record: ExactSurface) -> Surface:
@@ -224,6 +226,8 @@ def exact_surface(record: ExactSurface) -> Surface:
     if isinstance(record, TorusSurface):
         axis = _unit_axis(record.axis)
         return Torus(np.array(record.center_mm), axis, record.major_radius_mm, record.minor_radius_mm)
+    if isinstance(record, BSplineSurface):
+        return bspline_of(record)
     raise ValueError(f"a surface of type '{record.type}' has no exact form")
 
 

@@ -9,16 +9,20 @@ normal at V (cone: away from the axis) and z along its axis.
     12    sphere, cylinder: one over the radius; cone: one over the distance of V from the axis; torus: major radius
     13    cone: sine of the half angle; torus: minor radius
     14    cone: cosine of the half angle
+
+Of a B-spline they are angles per unit of u around the poles at its lower and upper border of v (0: none), and the sign
+of its own normal against du x dv.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from raymaps.exact.bspline import BSpline
 from raymaps.exact.faces import ExactFaces
 from raymaps.exact.surfaces import Cone, Cylinder, Plane, Sphere, Surface, Torus
 from raymaps.frame import Frame
@@ -38,6 +42,7 @@ KINDS: dict[type, ExactKind] = {
     Cylinder: ExactKind.CYLINDER,
     Cone: ExactKind.CONE,
     Torus: ExactKind.TORUS,
+    BSpline: ExactKind.PATCHES,
 }
 
 
@@ -48,6 +53,14 @@ class ExactTables(NamedTuple):
     outward: NDArray[np.float64]  # (n_faces,) outward normal of the body = outward * own normal of the surface
     kind: NDArray[np.uint8]  # (n_exact,) ExactKind
     number: NDArray[np.float64]  # (n_exact, 16) see above
+    sheet: NDArray[np.int32]  # (n_exact, 10) of B-splines: first patch, numbers of patches along u and v, degrees of u
+    # and v, first breaks of u and v, first coefficient, whether it wraps along u and v
+    breaks: NDArray[np.float64]  # (n_breaks,) parameters at the borders of patches, from 0
+    patch: NDArray[np.float64]  # (n_patches, 7) centre; reference and one over the width of its parameters u, v
+    coefficient: NDArray[np.float64]  # (n_coefficients, 4) w (x, y, z) from the centre and w, u slowest
+    guess_row: NDArray[np.int32]  # (n_triangles,) row of a B-spline's triangle, -1 none
+    guess_uv: NDArray[np.float64]  # (n_rows, 3 corners, 2) parameters of the corners
+    guess_corner: NDArray[np.float64]  # (n_rows, 3 corners, 3) of the bounding mesh
 
 
 def lower_exact(meshes: Sequence[BodyMesh], found: ExactFaces, frame: Frame, bounding_corners: Array) -> ExactTables:
@@ -70,16 +83,84 @@ def lower_exact(meshes: Sequence[BodyMesh], found: ExactFaces, frame: Frame, bou
         for surface, corners in zip(shared, vertices, strict=True)
     ]
     numbers = [_numbers(surface, points, frame) for surface, points in surfaces if surface is not None]
+    sheets = _Sheets(frame)
+    for surface, _ in surfaces:
+        sheets.add(surface)
     return ExactTables(
         face=np.array(shared, np.int32),
         outward=np.array(outward, np.float64),
         kind=np.array([KINDS[type(surface)] for surface, _ in surfaces], np.uint8),
         number=np.array(numbers, np.float64).reshape(-1, N_NUMBERS),
+        **sheets.arrays(),
+        **_guesses(vertices, [None if s < 0 else surfaces[s][0] for s in shared], frame, bounding_corners),
     )
+
+
+class _Sheets:
+    """Patches of B-splines, gathered."""
+
+    def __init__(self, frame: Frame):
+        self._frame = frame
+        self._sheet: list[list[int]] = []
+        self._breaks, self._patch, self._coefficient = np.zeros(0), np.zeros((0, 7)), np.zeros((0, 4))
+
+    def add(self, surface: Surface | None) -> None:
+        """Add the patches of a surface; none of one that is no B-spline."""
+        if not isinstance(surface, BSpline):
+            self._sheet.append([0] * 10)
+            return
+        n_u, n_v, *orders = surface.coefficient.shape[:4]
+        first_break = len(self._breaks)
+        starts = [len(self._patch), first_break, first_break + n_u + 1, len(self._coefficient)]
+        self._sheet.append(
+            [starts[0], n_u, n_v, orders[0] - 1, orders[1] - 1, *starts[1:], *(int(wraps) for wraps in surface.wraps)]
+        )
+        patch = np.zeros((n_u, n_v, 7))
+        patch[..., :3] = self._frame.to_units(surface.center)
+        patch[..., 3], patch[..., 4] = surface.reference[0][:, None], surface.reference[1]
+        patch[..., 5], patch[..., 6] = 1 / surface.width[0][:, None], 1 / surface.width[1]
+        terms = surface.coefficient.copy()
+        terms[..., :3] /= self._frame.unit_mm
+        self._breaks = np.concatenate([self._breaks, *surface.breaks])
+        self._patch = np.concatenate([self._patch, patch.reshape(-1, 7)])
+        self._coefficient = np.concatenate([self._coefficient, terms.reshape(-1, 4)])
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """By the names of `ExactTables`."""
+        return {
+            "sheet": np.array(self._sheet, np.int32).reshape(-1, 10),
+            "breaks": self._breaks,
+            "patch": self._patch,
+            "coefficient": self._coefficient,
+        }
+
+
+def _guesses(
+    faces: Sequence[Array], surfaces: Sequence[Surface | None], frame: Frame, bounding_corners: Array
+) -> dict[str, NDArray[Any]]:
+    """Parameters of the corners of all triangles on B-splines.
+
+    ``faces`` are the corners, (n, 3, 3), of each face's triangles on the surface, in the order of all triangles.
+    """
+    row = np.full(sum(len(corners) for corners in faces), -1, np.int32)
+    parameters, start = [np.zeros((0, 3, 2))], 0
+    for corners, surface in zip(faces, surfaces, strict=True):
+        if isinstance(surface, BSpline):
+            row[start : start + len(corners)] = 0
+            parameters.append(surface.corner_parameters(corners))
+        start += len(corners)
+    on = row == 0
+    row[on] = np.arange(on.sum())
+    return {
+        "guess_row": row,
+        "guess_uv": np.concatenate(parameters),
+        "guess_corner": np.ascontiguousarray(frame.to_units(bounding_corners[on]).reshape(-1, 3, 3)),
+    }
 
 
 def _share(surfaces: Sequence[Surface | None], frame: Frame) -> list[int]:
     """Index of each face's surface, -1 for none; surfaces that are the same to `SAME` have one."""
+    # B-splines by what their poles say, the others by their heights at some points
     probes = frame.to_mm(np.random.default_rng(0).uniform(-1, 1, (16, 3)))
     known: dict[tuple[type, int], list[tuple[int, Array]]] = {}
     result, n = [], 0
@@ -87,12 +168,12 @@ def _share(surfaces: Sequence[Surface | None], frame: Frame) -> list[int]:
         if surface is None:
             result.append(-1)
             continue
-        seen = surface.height(probes) / frame.unit_mm
+        seen = (surface.told() if isinstance(surface, BSpline) else surface.height(probes)) / frame.unit_mm
         if isinstance(surface, Plane):
             seen = seen * np.copysign(1.0, seen[np.argmax(np.abs(seen))])  # either side may be in front
         cell = int(np.floor(seen[0] / (16 * SAME)))
         near = [other for c in (cell - 1, cell, cell + 1) for other in known.get((type(surface), c), ())]
-        same = [index for index, other in near if np.abs(other - seen).max() < SAME]
+        same = [index for index, other in near if len(other) == len(seen) and np.abs(other - seen).max() < SAME]
         if not same:
             same = [n]
             n += 1
@@ -105,6 +186,7 @@ def _outward(surface: Surface | None, corners: Array) -> float:
     """Whether triangles, (n, 3, 3), look along the surface's own normal (1) or against it (-1)."""
     if surface is None:
         return 1.0
+    corners = corners[:: 1 + len(corners) // 500]
     area = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     own = np.nan_to_num(surface.normal(corners.reshape(-1, 3))).reshape(-1, 3, 3).sum(axis=1)
     return -1.0 if float(np.einsum("ij,ij->", area, own)) < 0 else 1.0
@@ -137,6 +219,8 @@ def _numbers(surface: Surface, points: Array, frame: Frame) -> Array:
         across = along.max() * sine / cosine
         near = surface.apex + along.max() * z + across * x
         shape = (unit / across, sine, cosine)
+    elif isinstance(surface, BSpline):
+        return np.pad([*surface.turns, surface.sign], (0, N_NUMBERS - 3))
     else:
         near, z = surface.center, surface.axis
         x, y = _across(z)

@@ -17,13 +17,14 @@ from __future__ import annotations
 import math
 
 from raymaps.jit import kernel
+from raymaps.kernels.exact_patches import height_over_patches, meet_patches, normal_of_patches, settle_on_patches
 from raymaps.kernels.exact_torus import torus_root
 from raymaps.kinds import ExactKind
 
 __all__ = ["height", "meet", "normal", "settle"]
 
 _PLANE, _SPHERE, _CYLINDER = int(ExactKind.PLANE), int(ExactKind.SPHERE), int(ExactKind.CYLINDER)
-_CONE, _TORUS = int(ExactKind.CONE), int(ExactKind.TORUS)
+_CONE, _PATCHES = int(ExactKind.CONE), int(ExactKind.PATCHES)
 
 #: No crossing.
 _NONE = (math.nan, 0.0, 0.0, 0.0)
@@ -53,6 +54,8 @@ def meet(exact, surface, triangle, guess, towards, stands_on, px, py, pz, dx, dy
     (t, nx, ny, nz): distance and own unit normal there; t is NaN if there is no such crossing.
     """
     number, kind = exact.number[surface], exact.kind[surface]
+    if kind == _PATCHES:
+        return meet_patches(exact, surface, triangle, guess, towards, stands_on, px, py, pz, dx, dy, dz)
     qx, qy, qz = _to_axes(number, px - number[0], py - number[1], pz - number[2])
     ex, ey, ez = _to_axes(number, dx, dy, dz)
     if kind == _PLANE:
@@ -63,11 +66,9 @@ def meet(exact, surface, triangle, guess, towards, stands_on, px, py, pz, dx, dy
         t, nx, ny, nz = _meet_cylinder(number[12], qx, qy, qz, ex, ey, ez, towards, stands_on)
     elif kind == _CONE:
         t, nx, ny, nz = _meet_cone(number[12], number[13], number[14], qx, qy, qz, ex, ey, ez, towards, stands_on)
-    elif kind == _TORUS:
+    else:
         t = torus_root(number[12], number[13], qx, qy, qz, ex, ey, ez, guess, towards, stands_on)
         nx, ny, nz = _torus_normal(number[12], qx + t * ex, qy + t * ey, qz + t * ez)
-    else:
-        t, nx, ny, nz = _NONE
     if not math.isfinite(t):
         return _NONE
     nx, ny, nz = _from_axes(number, nx, ny, nz)
@@ -75,9 +76,14 @@ def meet(exact, surface, triangle, guess, towards, stands_on, px, py, pz, dx, dy
 
 
 @kernel
-def height(exact, surface, x, y, z):
-    """Signed distance of a point along the surface's own normal; negative behind it."""
+def height(exact, surface, x, y, z, triangle=-1):
+    """Signed distance of a point along the surface's own normal; negative behind it.
+
+    On a B-spline a triangle near the point tells where to search; without one all patches are looked at.
+    """
     number, kind = exact.number[surface], exact.kind[surface]
+    if kind == _PATCHES:
+        return height_over_patches(exact, surface, triangle, x, y, z)
     qx, qy, qz = _to_axes(number, x - number[0], y - number[1], z - number[2])
     if kind == _PLANE:
         return qx
@@ -87,15 +93,15 @@ def height(exact, surface, x, y, z):
         return _round_height(number[12], qx, qy, 0.0)
     if kind == _CONE:
         return _cone_height(number[12], number[13], number[14], qx, qy, qz)
-    if kind == _TORUS:
-        return math.hypot(math.hypot(qx, qy) - number[12], qz) - number[13]
-    return math.nan
+    return math.hypot(math.hypot(qx, qy) - number[12], qz) - number[13]
 
 
 @kernel
-def normal(exact, surface, x, y, z):
-    """The surface's own unit normal at a point on it or next to it."""
+def normal(exact, surface, x, y, z, triangle=-1):
+    """The surface's own unit normal at a point on it or next to it; the triangle is as for `height`."""
     number, kind = exact.number[surface], exact.kind[surface]
+    if kind == _PATCHES:
+        return normal_of_patches(exact, surface, triangle, x, y, z)
     qx, qy, qz = _to_axes(number, x - number[0], y - number[1], z - number[2])
     if kind == _PLANE:
         nx, ny, nz = 1.0, 0.0, 0.0
@@ -106,16 +112,16 @@ def normal(exact, surface, x, y, z):
     elif kind == _CONE:
         ux, uy, _ = _unit(1.0 + number[12] * qx, number[12] * qy, 0.0)
         nx, ny, nz = number[14] * ux, number[14] * uy, -number[13]
-    elif kind == _TORUS:
-        nx, ny, nz = _torus_normal(number[12], qx, qy, qz)
     else:
-        nx, ny, nz = math.nan, math.nan, math.nan
+        nx, ny, nz = _torus_normal(number[12], qx, qy, qz)
     return _from_axes(number, nx, ny, nz)
 
 
 @kernel
 def settle(exact, surface, triangle, x, y, z):
     """Nearest point of the surface to a point next to it, three numbers."""
+    if exact.kind[surface] == _PATCHES:
+        return settle_on_patches(exact, surface, triangle, x, y, z)
     above = height(exact, surface, x, y, z)
     nx, ny, nz = normal(exact, surface, x, y, z)
     return x - above * nx, y - above * ny, z - above * nz
