@@ -205,7 +205,8 @@ def _resolved(obj):
 
 def _overlaps(study, names, limit_s):
     """Pairs of bodies with media that share space: which of them rules there. Bodies that touch are no problem."""
-    end, problems = time.monotonic() + limit_s, []
+    end = time.monotonic() + limit_s
+    problems: list[Problem] = []
     media = {place: obj for obj in members(study, Medium.TYPE) for place in _resolved(obj)}
     solids = [(place, name, shape_of(place)) for place, name in names.items() if place in media]
     solids = [(place, name, shape) for place, name, shape in solids if shape.Solids and shape.isValid()]

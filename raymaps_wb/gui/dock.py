@@ -12,6 +12,7 @@ from raymaps_wb.gui import examples, observer
 from raymaps_wb.gui.active import active_study
 from raymaps_wb.gui.effects_view import lines, sentence
 from raymaps_wb.gui.figures import count, duration, watts_with_error
+from raymaps_wb.gui.lost import LostRays
 from raymaps_wb.gui.result_tabs import ResultTabs
 from raymaps_wb.gui.session import GONE, StudySession
 from raymaps_wb.objects.result import map_folder, result_of
@@ -26,9 +27,8 @@ KILLED_SHARE = 0.01
 KILLED = {
     "depth": "the rays reached the largest number of events; set 'Max events' of the study higher, or look for "
     "light that is trapped (ask ended(killed))",
-    "numerical": "the rays met faulty geometry; ask event(killed_numerical) to see where",
-    "medium_mismatch": "bodies touch or overlap; leave a gap of 0.01 mm between them. Check study names them, "
-    "event(killed_medium_mismatch) shows where",
+    "numerical": "the rays got lost; below stands where, and Check study names geometry that is faulty",
+    "medium_mismatch": "bodies touch or overlap, which was not supported when this map was made; run again",
 }
 BAD, WARNING, GOOD = "#b3261e", "#9a6700", "#1a7f37"
 
@@ -52,6 +52,9 @@ class RayMapsDock(QtWidgets.QDockWidget):
         layout.addWidget(self.status)
         self.warning = _wrapped_label(WARNING)
         layout.addWidget(self.warning)
+        self.lost, self._lost_of = LostRays(WARNING), ""
+        self.lost.asked.connect(self._ask_for)
+        layout.addWidget(self.lost)
         self.effects_line = small_label()
         self.effects_line.setTextFormat(QtCore.Qt.RichText)
         layout.addWidget(self.effects_line)
@@ -195,6 +198,7 @@ class RayMapsDock(QtWidgets.QDockWidget):
         session.shown_map = GONE
         session.forget()
         self._clear_answers()
+        self._show_lost("", [])
         if folder:
             self.criterion.setEditText(result_of(session.study()).Criterion)
             self.apply()
@@ -239,6 +243,7 @@ class RayMapsDock(QtWidgets.QDockWidget):
         self._show_effects([])
         self.tabs.show_session(self._session, self.criterion.currentText())
         self._clear_answers()
+        self._show_lost("", [])
 
     def _clear_answers(self):
         for label in (self.error, self.counts):
@@ -343,9 +348,31 @@ class RayMapsDock(QtWidgets.QDockWidget):
         try:
             self._session.ask(self.criterion.currentText(), self.max_rays.value())
             self.counts.setText(translate("<i>asking ...</i>"))
+            self._tell_lost(self._session)
         except WorkbenchError as error:
             self._session.forget()
             self._refused(str(error))
+
+    def _tell_lost(self, session):
+        """Tell where rays of a map got lost, once for each map that is asked."""
+        folder = session.shown_map
+        if folder == self._lost_of:
+            return
+        self._show_lost(folder, [])
+
+        def show(info):
+            if session is self._session and folder == self._lost_of:
+                self._show_lost(folder, info.get("lost") or [])
+
+        session.info(show)
+
+    def _show_lost(self, folder, places):
+        self._lost_of = folder
+        self.lost.show_places(places)
+
+    def _ask_for(self, criterion):
+        self.criterion.setEditText(criterion)
+        self.apply()
 
     def _counted(self, answer):
         self.tabs.asked(answer["criterion"])

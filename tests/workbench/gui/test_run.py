@@ -222,7 +222,7 @@ class RunTest(WindowTest):
         source.FluxW = 3
         self.assertTrue(wait_until(lambda: not self.panel.status.text(), 3), self.panel.status.text())
 
-    def test_touching_bodies_are_told(self):
+    def test_touching_bodies_run_without_a_warning(self):
         study, _, _ = self.full_study()
         study.Rays = 2000
         cover = self.box("Cover")
@@ -234,16 +234,63 @@ class RunTest(WindowTest):
         self.document.recompute()
         outcome = self.run_study(study)
         self.assertEqual(outcome.state, DONE, outcome.text)
-        self.assertIn("'Lens' and 'Cover' touch or overlap", self.panel.warning.text())
+        self.assertEqual(self.panel.warning.text(), "")
+        self.assertLess(outcome.summary["killed_w"], 1e-3 * outcome.summary["emitted_w"])
+        self.assertIn(dock.GOOD, self.panel.status.styleSheet())
+        self.assertFalse(self.panel.lost.isVisibleTo(self.panel))
+
+    def test_killed_light_is_told(self):
+        study, _, _ = self.full_study()
+        study.Rays, study.MaxEvents = 1000, 2
+        members(study, "RayMaps::Source")[0].Placement.Base = self.vector(5, 10, 15)
+        outcome = self.run_study(study)
+        self.assertEqual(outcome.state, DONE, outcome.text)
         self.assertGreater(outcome.summary["killed_w"], 0.01)
         self.assertTrue(wait_until(lambda: "Most of the killed light" in self.panel.status.text(), 20))
-        self.assertIn("leave a gap", self.panel.status.text())
+        self.assertIn("set 'Max events' of the study higher", self.panel.status.text())
         self.assertIn(dock.BAD, self.panel.status.styleSheet())
-        cover.Placement.Base.z += 0.02
-        self.document.recompute()
-        self.assertEqual(self.run_study(study).state, DONE)
-        self.assertEqual(self.panel.warning.text(), "")
-        self.assertIn(dock.GOOD, self.panel.status.styleSheet())
+
+    def test_where_rays_got_lost_is_told_and_shown(self):
+        study, _, _ = self.full_study()
+        study.Rays = 1000
+        session = self.panel.show_study(study)
+        place = {"face": "Face3", "reason": "numerical", "rays": 2, "flux_w": 1e-3, "point_mm": [1.5, 2, -3]}
+        places = [{**place, "body": body, "criterion": f"hit({body})"} for body in ("Lens", "Plate", "a<b", "Lens")]
+        places[1] = {**place, "body": None, "face": None, "rays": 1}
+        with mock.patch.object(session, "info", lambda on_result: on_result({"lost": places})):
+            self.run_to_the_end(study)
+            self.ask("from(Source)")
+        label = self.panel.lost
+        self.assertTrue(label.isVisibleTo(self.panel))
+        for words in (
+            "7 rays with 4 mW got lost",
+            "<a href='1'>2 rays</a> at Lens.Face3, the first at (1.5, 2, -3) mm",
+            "<a href='2'>1 ray</a> off all faces",
+            "a&lt;b.Face3",
+            "and at 1 more place",
+        ):
+            self.assertIn(words, label.text())
+        folder = os.environ.get("RAYMAPS_PICTURES")
+        if folder:
+            window_picture(os.path.join(folder, "lost.png"))
+        counted = []
+        session.counted.connect(counted.append)
+        for number, criterion in ((0, "event(killed_numerical)"), (1, "hit(Lens)"), (2, "event(killed_numerical)")):
+            label.linkActivated.emit(str(number))
+            self.assertEqual(self.panel.criterion.currentText(), criterion)
+            self.assertTrue(wait_until(lambda n=number: len(counted) > n, 30))
+            self.assertEqual(self.panel.error.text(), "")
+        self.assertTrue(label.isVisibleTo(self.panel))
+        self.panel.criterion.setEditText("hit(")
+        self.panel.apply()
+        self.assertTrue(wait_until(lambda: self.panel.error.text(), 30))
+        self.assertTrue(label.isVisibleTo(self.panel))
+        # Another map, which lost none, and one that an older tracer tells of.
+        for info in ({"lost": []}, {}):
+            with mock.patch.object(session, "info", lambda on_result, info=info: on_result(info)):
+                self.run_to_the_end(study)
+                self.ask("true")
+            self.assertFalse(label.isVisibleTo(self.panel))
 
     def test_rays_belong_to_the_result_s_map_also_after_undo(self):
         study = self.open_example("singlet_barrel", rays=1000)
