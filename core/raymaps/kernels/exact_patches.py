@@ -15,10 +15,12 @@ from raymaps.jit import kernel
 __all__ = ["height_over_patches", "meet_patches", "normal_of_patches", "settle_on_patches"]
 
 _MAX_STEPS = 30
-#: Distance of a point on the surface from the line that Newton goes on to, and the most that rounding may leave of it.
-_CLOSE, _ROUNDING = 1e-9, 2e-14
+#: Distance of a point on the surface from the line at which Newton is done, and the most that rounding may leave of it.
+_EXACT, _ROUNDING = 2e-16, 2e-14
 #: Chords below this are computed from the difference of their ends.
 _SHORT = 1e-2
+#: Step, in sizes of a patch, that rounding may leave of a chord's last one.
+_LAST_STEP = 4e-15
 #: A chord that leaves its patch by more, in sizes of the patch, is not one of the patch's polynomial.
 _PAST = 1e-5
 #: By how much of its range v is kept off the poles at its lower and upper border, where u is not defined.
@@ -132,7 +134,7 @@ def _newton(exact, surface, u, v, px, py, pz, dx, dy, dz):
     -------
     is_met, u, v, t, own unit normal (3 floats)
     """
-    was_close = False
+    before = math.inf
     for _ in range(_MAX_STEPS):
         v = _off_poles(exact, surface, v)
         cx, cy, cz, x, y, z, ux, uy, uz, vx, vy, vz = _jet(exact, surface, _patch(exact, surface, u, v), u, v)
@@ -141,10 +143,10 @@ def _newton(exact, surface, u, v, px, py, pz, dx, dy, dz):
         t = rx * dx + ry * dy + rz * dz
         ex, ey, ez = rx - t * dx, ry - t * dy, rz - t * dz
         error = math.sqrt(ex * ex + ey * ey + ez * ez)
-        if error < 1e-16 or (was_close and error < _ROUNDING):
+        if error <= _EXACT or (error < _ROUNDING and error > 0.25 * before):
             nx, ny, nz = _turned(exact.number[surface, 2], nx, ny, nz)
             return True, u, v, t, nx, ny, nz
-        was_close = error < _CLOSE
+        before = error
         along = nx * dx + ny * dy + nz * dz
         if along == 0.0 or not math.isfinite(along):
             break
@@ -210,9 +212,10 @@ def _other_end(exact, surface, u, v, begin, px, py, pz, dx, dy, dz):
     is_met, hu, hv, t, mx, my, mz = _chord(exact, surface, patch, u, v, first * ku, first * kv, dx, dy, dz)
     if is_met and _is_past(exact, surface, patch, u + hu, v + hv) <= _PAST:
         return begin + t, mx, my, mz
-    if is_met:
-        first, ku, kv = 1.0, hu, hv
-    wu, wv = _moved(exact, surface, u, v, first * ku, first * kv)
+    if is_met and exact.number[surface, 0] == 0.0 and exact.number[surface, 1] == 0.0:
+        wu, wv = _within(exact, surface, 0, u + hu), _within(exact, surface, 1, v + hv)
+    else:
+        wu, wv = _moved(exact, surface, u, v, first * ku, first * kv)
     is_met, wu, wv, t, mx, my, mz = _newton(exact, surface, wu, wv, px, py, pz, dx, dy, dz)
     if not is_met or abs(t - begin) < 1e-7:
         return math.nan, 0.0, 0.0, 0.0
@@ -251,7 +254,7 @@ def _chord(exact, surface, patch, u, v, hu, hv, dx, dy, dz):
         size, change = abs(hu) * scale_u + abs(hv) * scale_v, abs(du) * scale_u + abs(dv) * scale_v
         if not math.isfinite(change) or size > 4.0 or size < least:
             break
-        if change <= 2e-13 * size:
+        if change <= 1e-13 * size + _LAST_STEP:
             nx, ny, nz = _turned(exact.number[surface, 2], nx, ny, nz)
             return True, hu, hv, t, nx, ny, nz
         share = min(1.0, 0.7 * size / change)
