@@ -75,7 +75,11 @@ def own_normal(data, point):
         return away
     axis = FreeCAD.Vector(*data["axis"])
     radial = away - axis * away.dot(axis)
-    return away - radial * (data["major_radius_mm"] / radial.Length) if data["type"] == "torus" else radial
+    if data["type"] == "torus":
+        return away - radial * (data["major_radius_mm"] / radial.Length)
+    if data["type"] == "cone":
+        return radial - axis * (radial.Length * math.tan(math.radians(data["half_angle_deg"])))
+    return radial
 
 
 def _data(surface, face):

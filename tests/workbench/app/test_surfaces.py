@@ -83,6 +83,7 @@ SOLIDS = {
     "cone": (lambda: Part.makeCone(5, 2, 7), {"plane", "cone"}),
     "pointed cone": (lambda: Part.makeCone(0, 3, 7), {"plane", "cone"}),
     "slow cone": (lambda: Part.makeCone(5, 4.99, 7), {"plane", "cone"}),
+    "steep cone": (lambda: Part.makeCone(50, 2, 7), {"plane", "cone"}),
     "conical hole": (lambda: block().cut(Part.makeCone(2, 5, 30, V(0, 0, -15))), {"plane", "cone"}),
     "ball": (lambda: Part.makeSphere(4), {"sphere"}),
     "part of a ball": (lambda: Part.makeSphere(4, V(0, 0, 0), V(0, 0, 1), -20, 50, 130), {"plane", "sphere"}),
