@@ -305,6 +305,8 @@ def test_explain(raymaps, small_scene):
     assert all(set(e) >= {"name", "needed", "because"} for e in effects)
     assert any("'Chip'" in reason for e in effects for reason in e["because"])
     assert "fresnel" in raymaps("explain", small_scene).out
+    surfaces = raymaps("explain", small_scene, "--json").data["surfaces"]
+    assert (surfaces["exact"], surfaces["faceted"], len(surfaces["because"])) == (0, 26, 1)
 
 
 def test_check_of_a_scene_and_of_a_map(raymaps, small_scene, small_map):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Which effects a scene calls for and why; of a map also what share of the time each took."""
+"""Which effects a scene calls for and why, and how its surfaces are simulated; of a map also each effect's time."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from raymaps.effects import EFFECTS, needed_effects
+from raymaps.results.faces_met import FacesMet, faces_met, faces_met_by
 from raymaps.scene import Scene, load_scene
 from raymaps.store import RayMap
 
@@ -48,12 +49,14 @@ class Explanation:
     """All effects, in the order in which light meets them; ``other`` is the share of time of what is no effect."""
 
     effects: tuple[EffectNote, ...]
+    surfaces: FacesMet
     other: dict[str, float]
 
     def to_dict(self) -> dict[str, Any]:
         """As in ``raymaps explain --json``."""
         return {
             "effects": [{**note.__dict__, "because": list(note.because)} for note in self.effects],
+            "surfaces": self.surfaces.to_dict(),
             "other_share": self.other,
         }
 
@@ -66,6 +69,7 @@ class Explanation:
             lines.append(f"{state:<12}{note.name:<20}{note.summary}{share}")
             lines += [f"{'':<14}because of {reason}" for reason in note.because]
             lines += [f"{'':<14}instead: {note.off}"] if note.off else []
+        lines += self.surfaces.lines()
         lines += [
             f"{'besides':<12}{name:<20}{OTHER_WORK[name]}   {100 * s:.1f} % of the time"
             for name, s in self.other.items()
@@ -83,8 +87,9 @@ def explain(what: Path) -> Explanation:
     """
     if what.is_dir():
         raymap = RayMap.open(what)
-        return _explained(raymap.scene, _typical_seconds(raymap))
-    return _explained(load_scene(what), {})
+        return _explained(raymap.scene, faces_met_by(raymap), _typical_seconds(raymap))
+    scene = load_scene(what)
+    return _explained(scene, faces_met(scene), {})
 
 
 def _typical_seconds(raymap: RayMap) -> dict[str, float]:
@@ -96,7 +101,7 @@ def _typical_seconds(raymap: RayMap) -> dict[str, float]:
     return {stage: statistics.median(values) for stage, values in taken.items()}
 
 
-def _explained(scene: Scene, seconds: dict[str, float]) -> Explanation:
+def _explained(scene: Scene, surfaces: FacesMet, seconds: dict[str, float]) -> Explanation:
     needed = needed_effects(scene)
     in_all = sum(seconds.values())
     notes = []
@@ -114,4 +119,4 @@ def _explained(scene: Scene, seconds: dict[str, float]) -> Explanation:
             )
         )
     other = {name: seconds[name] / in_all for name in OTHER_WORK if name in seconds} if in_all else {}
-    return Explanation(tuple(notes), other)
+    return Explanation(tuple(notes), surfaces, other)
