@@ -355,6 +355,16 @@ def test_flat_faces_and_creases_have_no_slack():
     assert (facet_slack(mesh("A", whole.vertices_mm, whole.triangles)) == 0).all()
 
 
+def test_faces_that_meet_at_a_small_angle_have_no_slack():
+    """A bar with twelve flat sides, each a face of its own."""
+    shape = revolved(np.array([[0, 5], [2, 5], [2, -5], [0, -5.0]]), 12)
+    x, y, z = shape.vertices[shape.triangles].mean(axis=1).T
+    side = np.where(np.abs(z) > 4.9, 12, np.floor(np.arctan2(y, x) / (np.pi / 6)).astype(int) % 12)
+    bar = shape.grouped(side, tuple(f"F{k}" for k in range(13)))
+    assert facet_slack(mesh("A", bar.vertices, bar.triangles, dict(bar.faces))).max() < 1e-9
+    assert facet_slack(mesh("A", bar.vertices, bar.triangles)).max() > 0.05
+
+
 def test_a_flat_face_with_a_rounded_edge_keeps_little_slack():
     """One face of a plate and its rounding: the wide triangles get no more than the narrow ones next to them."""
     angle = np.linspace(np.pi / 2, 0, 10)
@@ -395,6 +405,13 @@ def test_layers_of_a_stack():
     assert of_body[7] == set()
     assert all(a != b for a, b in itertools.pairwise(of_body[:7]))
     assert ((tables.layer >= 0) == tables.close).all()
+
+
+def test_layers_of_three_bodies_around_an_edge():
+    """All triangles of the last pair are known to be close from the pairs before."""
+    corner = [box("A", (-1, 0, 0), 2), box("B", (1, 0, -1), 2), box("C", (1, 0, 1), 2)]
+    layer = lowered(corner).layer
+    assert sorted(layer[12 * k : 12 * k + 12].max() for k in range(3)) == [0, 1, 2]
 
 
 def test_too_many_layers_are_refused():
@@ -511,6 +528,13 @@ def test_bodies_without_a_medium_are_no_solids():
 def test_sound_bodies_are_not_odd():
     for body in (box("A", 0, 3), turned(box("A", 0, 3)), icosphere("A", 4), tiled("A", box("A", 0, 2), 3)):
         assert list(oddities(body)) == []
+
+
+def test_neighbours_do_not_go_through_each_other():
+    """On a saddle those that share a corner stand on both sides of each other, and rounding may cross them there."""
+    for subdivision in range(8, 40, 3):
+        torus = trimesh.creation.torus(5, 2, major_sections=subdivision, minor_sections=subdivision // 2)
+        assert len(crossing_triangles(turned(mesh("A", torus.vertices, torus.faces)))) == 0
 
 
 def test_a_body_that_goes_through_itself():
