@@ -445,6 +445,13 @@ def test_plates_that_touch(times, turn):
     assert found.depth_mm == 0
 
 
+def test_a_foil_on_a_plate():
+    """Little thicker than the contact tolerance."""
+    foil = box("Foil", (0, 0, 0.75 * CONTACT_MM), (2, 2, 1.5 * CONTACT_MM))
+    (found,) = told([box("Plate", (0, 0, -1), (4, 4, 2)), foil])
+    assert found.kind == "touch"
+
+
 def test_lenses_that_are_cemented():
     """Two caps of one sphere with different facets."""
 
