@@ -16,7 +16,7 @@ from raymaps.compile import Tables
 #: Shapes without entries, and types, of the arrays of `Tables`.
 _EMPTY = {
     "plane": ((0, 4), np.float64), "triangle_face": ((0,), np.int32), "face_body": ((0,), np.int32),
-    "face_surface": ((0,), np.int16), "face_outside": ((0,), np.int16), "face_inside": ((0,), np.int16),
+    "face_surface": ((0,), np.int16),
     "surface_kind": ((0,), np.uint8), "medium_index": ((0,), np.float64), "ambient": ((1,), np.int16),
     "box": ((2, 3), np.float64),
 }  # fmt: skip

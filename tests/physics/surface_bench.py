@@ -123,14 +123,14 @@ def meet(
     wave.light[:] = np.array(light, np.float32)
     wave.near_side[:] = -1 if from_back else 1
     wave.hit[:] = 0
+    wave.normal[:] = NORMAL
     near, far = media[::-1] if from_back else media
     wave.medium[:], wave.beyond[:] = near, far
     wave.n_near[:], wave.n_far[:] = n_near, n_far
     wave.state[:] = PENDING
-    plane = np.array([[*NORMAL, 0.0]])
     kinds = np.array([SurfaceKind[name.upper()] if kind is None else kind], np.uint8)
     kernel.run(
-        np.arange(n_rays, dtype=np.int32), wave, tables(plane=plane, surface_kind=kinds), data,
+        np.arange(n_rays, dtype=np.int32), wave, tables(surface_kind=kinds), data,
         RunKey(np.uint64(seed), np.uint64(10**9), threshold), 1,
     )  # fmt: skip
     assert np.allclose(np.linalg.norm(wave.direction, axis=1), 1, atol=1e-12)

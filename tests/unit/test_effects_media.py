@@ -17,7 +17,7 @@ from raymaps.frame import Frame
 from raymaps.kernels import medium_absorption as absorption_kernel
 from raymaps.kernels import medium_scattering as scattering_kernel
 from raymaps.kernels.random import SCATTER_PLACE, uniforms
-from raymaps.kernels.transport import PENDING, START_OFFSET, close_to
+from raymaps.kernels.transport import PENDING
 from raymaps.kinds import EventKind
 from raymaps.materials import Medium
 from raymaps.names import Names
@@ -325,24 +325,6 @@ def test_clear_media_take_no_part():
     run(wave, data)
     assert (wave.state[:50] == PENDING).all()
     assert (wave.state[50:] == SCATTERING).any()
-
-
-def test_what_is_close_is_remembered():
-    """Within the offset at which rays start: the triangle they came from, were next to, or would have met."""
-    data = scattering_data([1e6] * 3)
-    wave = run(wave_of([1, 1, 1], 1.0, 1000), data)
-    assert (wave.triangle == -1).all()  # came from nowhere, and far from what they would meet
-    wave = wave_of([1, 1, 1], 1.0, 1000)
-    wave.triangle[:500], wave.triangle[500:] = 0, close_to(0)
-    run(wave, data)
-    close = wave.distance < START_OFFSET
-    assert 0 < close.sum() < 1000
-    assert (wave.triangle == np.where(close, close_to(0), -1)).all()
-    wave = wave_of([1, 1, 1], START_OFFSET / 2, 1000)
-    wave.position[:, 2] = 1 - START_OFFSET / 2
-    wave.end[:, 2] = 1
-    run(wave, data)
-    assert (wave.triangle[wave.state == SCATTERING] == close_to(1)).all()
 
 
 # ------------------------------------------------------------------------------------------------------- the direction
