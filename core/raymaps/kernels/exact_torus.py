@@ -14,6 +14,8 @@ __all__ = ["torus_root"]
 
 #: Steps of Newton or bisection to a root; bisection alone needs 53.
 _MAX_STEPS = 60
+#: By how much the square of the sphere around the torus is enlarged.
+_MARGIN = 1e-12
 #: A crossing steeper than this is refined on the torus itself.
 _STEEP = 0.03
 
@@ -27,9 +29,9 @@ def torus_root(major, minor, qx, qy, qz, ex, ey, ez, guess, towards, stands_on):
     foot = -(qx * ex + qy * ey + qz * ez)
     ox, oy, oz = qx + foot * ex, qy + foot * ey, qz + foot * ez
     square = 1.0 - (ox * ox + oy * oy + oz * oz)
-    if square <= 0.0:
+    if square <= -_MARGIN:
         return math.nan
-    half = 1.001 * math.sqrt(square) + 1e-9
+    half = math.sqrt(square + _MARGIN)  # beyond it the line is outside the sphere around the torus
     if stands_on:
         t = _deflated_root(big, small, qx, qy, qz, ex, ey, ez, foot - half, foot + half, guess / size, towards)
     else:
