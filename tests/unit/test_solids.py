@@ -135,19 +135,43 @@ def test_a_priority_comes_before_the_volume():
     assert ranked(bodies, {"S": 2, "M": 2, "L": 2}) == ["S", "M", "L"]
 
 
-def test_bodies_without_a_medium_have_no_rank():
-    bodies = [box("A", 0, 1), box("B", 0, 3), box("C", 0, 2)]
+def test_open_shells_have_no_rank():
+    bodies = [sheet("A", (0, 0, 0), 1, 1), box("B", 0, 3), box("C", 0, 2)]
     assert ranked(bodies, A=None) == ["C", "B"]
     tables = lowered(bodies, A=None, B="water")
-    assert tables.face_solid.tolist() == [-1] * 6 + [1] * 6 + [0] * 6
+    assert tables.face_solid.tolist() == [-1] + [1] * 6 + [0] * 6
     assert [MEDIA[m] for m in tables.medium] == ["glass", "water"]
+
+
+def inside_out(body: BodyMesh) -> BodyMesh:
+    return dataclasses.replace(body, triangles=body.triangles[:, ::-1])
+
+
+def test_closed_bodies_without_a_medium_come_last():
+    """Rays know on which side of them they are; they say nothing of the medium."""
+    bodies = [box("A", 0, 1), box("B", 0, 3), box("C", 0, 2)]
+    assert ranked(bodies, {"A": 5}, A=None) == ["C", "B", "A"]
+    tables = lowered(bodies, A=None, B="water")
+    assert tables.face_solid.tolist() == [2] * 6 + [1] * 6 + [0] * 6
+    assert tables.medium.tolist() == [MEDIA.index("glass"), MEDIA.index("water"), -1]
+    assert tables.reaches_far.tolist() == [False] * 3
+    assert ruling(bodies, (0, 0, 0), A=None) == "glass"
+
+
+def test_behind_walls_that_look_inwards_is_all_around():
+    """A room: its inside is before its walls, outside is behind them."""
+    room = [inside_out(box("Room", 0, 4)), box("Table", 0, 1)]
+    assert lowered(room, Room=None).reaches_far.tolist() == [False, True]
+    bits = solids_at(scene_of(room, {"Room": None}), tuple(room), np.array([[0, 0, 0], [1, 0, 0], [9.0, 0, 0]]))
+    assert bits[:, 0].tolist() == [0b01, 0b00, 0b10]
+    assert ruling(room, (9, 0, 0), Room=None) == "air"
 
 
 def test_no_bodies():
     tables = lower_solids(
         scene_of([], {}), (), names_of(scene_of([], {}), []), FRAME, np.zeros(0, bool), np.zeros((0, 3, 3)), np.zeros(0)
     )
-    assert [len(array) for array in tables] == [0] * 5
+    assert not any(len(array) for array in tables)
     assert solids_at(scene_of([], {}), (), np.zeros((2, 3))).tolist() == [[0], [0]]
 
 
@@ -409,9 +433,13 @@ def test_layers_of_a_stack():
 
 def test_layers_of_three_bodies_around_an_edge():
     """All triangles of the last pair are known to be close from the pairs before."""
-    corner = [box("A", (-1, 0, 0), 2), box("B", (1, 0, -1), 2), box("C", (1, 0, 1), 2)]
-    layer = lowered(corner).layer
-    assert sorted(layer[12 * k : 12 * k + 12].max() for k in range(3)) == [0, 1, 2]
+    sides = [(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)]
+    low, high = ([(0, -1, 0), (0, 1, 0), (2, 0, 0), (1, 0, z)] for z in (-2, 2))
+    wedges = [mesh("B", low, [side[::-1] for side in sides]), mesh("C", high, sides)]
+    assert all(wedge.volume_mm3 > 0 for wedge in wedges)
+    layer = lowered([box("A", (-2, 0, 0), 4), *wedges]).layer
+    assert (layer[12:] >= 0).all()
+    assert sorted({layer[:12].max(), layer[12], layer[16]}) == [0, 1, 2]
 
 
 def test_too_many_layers_are_refused():
@@ -446,8 +474,8 @@ def test_plates_that_touch(times, turn):
 
 
 def test_a_foil_on_a_plate():
-    """Little thicker than the contact tolerance."""
-    foil = box("Foil", (0, 0, 0.75 * CONTACT_MM), (2, 2, 1.5 * CONTACT_MM))
+    """Thinner than the contact tolerance: what is just below its top is not in the plate."""
+    foil = box("Foil", (0, 0, 0.4 * CONTACT_MM), (2, 2, 0.8 * CONTACT_MM))
     (found,) = told([box("Plate", (0, 0, -1), (4, 4, 2)), foil])
     assert found.kind == "touch"
 

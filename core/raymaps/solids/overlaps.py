@@ -60,9 +60,11 @@ def overlaps(scene: Scene, meshes: tuple[BodyMesh, ...], frame: Frame) -> Iterat
 
     Facets of curved faces stand off the true surface, so whatever is nearer than that counts as a touch.
     """
-    ranked = rank_solids(scene, meshes)
+    bodies = list(scene.bodies.values())
+    ranked = [i for i in rank_solids(scene, meshes) if bodies[i].medium is not None]
     rank = {body: rank for rank, body in enumerate(ranked)}
-    solids = sorted(ranked)
+    bodies = list(scene.bodies.values())
+    solids = sorted(body for body in ranked if bodies[body].medium is not None)
     corners = [frame.to_units(meshes[i].corners_mm) for i in solids]
     slack = [facet_slack(meshes[i]) / frame.unit_mm for i in solids]
     if not solids:
@@ -106,38 +108,47 @@ class _Pair:
         self.touching = tuple(row[close[row]] - boxes.starts[body] for row, body in zip(rows, bodies, strict=True))
         self.within = sum(float(boxes.radius[row].max(initial=0.0)) for row in rows)
 
-        inside = [_depths(boxes, rows[k], bodies[1 - k], self.within) for k in (0, 1)]
+        depths = [_depths(boxes, rows[k], (bodies[k], bodies[1 - k]), 2 * self.within) for k in (0, 1)]
+        n_triangles = [boxes.starts[body + 1] - boxes.starts[body] for body in bodies]
         whole = [
-            boxes.starts[bodies[k] + 1] - boxes.starts[bodies[k]] == len(rows[k]) and np.mean(inside[k] > 0) > WHOLE
-            for k in (0, 1)
+            len(rows[k]) == n_triangles[k] and np.count_nonzero(depths[k]) > WHOLE * len(depths[k]) for k in (0, 1)
         ]
         crosses = self.depth > 0
-        self.depth = max(self.depth, *(float(depths.max(initial=0.0)) for depths in inside))
+        self.depth = max(self.depth, *(float(part.max(initial=0.0)) for part in depths))
         if whole[0] != whole[1] and not crosses:
             self.kind = "inside" if whole[0] else "contains"
-        elif self.depth > self.within:
+        elif self.depth > 0:
             self.kind = "overlap"
         elif is_close:
             self.kind, self.depth = "touch", 0.0
 
 
-def _depths(boxes: Boxes, rows: NDArray[np.int64], other: int, within: float) -> NDArray[np.float64]:
-    """How deep places just below some triangles lie in another body, (n_places,); 0 outside."""
-    from raymaps.solids.mesh_kernel import distances_to, winding_numbers
+def _depths(boxes: Boxes, rows: NDArray[np.int64], bodies: tuple[int, int], below: float) -> NDArray[np.float64]:
+    """How deep places just below triangles of the first body lie in the second, (n_places,); 0 outside."""
+    from raymaps.solids.mesh_kernel import distances_to
 
-    points = _places(boxes.corners[rows], 2 * within)
-    near = ((points >= boxes.body_low[other]) & (points <= boxes.body_high[other])).all(axis=1)
-    shell = boxes.corners[boxes.starts[other] : boxes.starts[other + 1]]
-    winding = np.zeros(len(points))
-    winding_of_near = np.empty(int(near.sum()))
-    winding_numbers(shell, points[near], winding_of_near)
-    winding[near] = winding_of_near
-    inside = winding > 0.5
+    points = _places(boxes.corners[rows], below)
+    own, other = (boxes.corners[boxes.starts[body] : boxes.starts[body + 1]] for body in bodies)
+    points = points[_lie_in(own, points)]  # not beyond the far side of a foil
+    inside = _lie_in(other, points)
     distance = np.empty(int(inside.sum()))
-    distances_to(shell, points[inside], distance)
+    distances_to(other, points[inside], distance)
     depth = np.zeros(len(points))
     depth[inside] = distance
     return depth
+
+
+def _lie_in(corners: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Whether points are inside a closed mesh."""
+    from raymaps.solids.mesh_kernel import winding_numbers
+
+    low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+    near = np.flatnonzero(((points >= low) & (points <= high)).all(axis=1))
+    winding = np.empty(len(near))
+    winding_numbers(corners, points[near], winding)
+    inside = np.zeros(len(points), np.bool_)
+    inside[near] = winding > 0.5
+    return inside
 
 
 def _places(corners: NDArray[np.float64], below: float) -> NDArray[np.float64]:
