@@ -84,7 +84,7 @@ def lower_boundary(scene: Scene, meshes: tuple[BodyMesh, ...], names: Names, fra
     n_words = max(1, -(-len(solids.medium) // 64))
     tables = Boundary(
         corners, solids.slack, edges.neighbour, edges.bend, exact, solids.face_solid, solids.medium,
-        _bits(solids.medium >= 0, n_words), np.zeros(n_words, np.uint64),
+        _bits(solids.medium >= 0, n_words), _bits(solids.reaches_far, n_words),
     )  # fmt: skip
     for array in (*tables, *exact):
         if isinstance(array, np.ndarray):

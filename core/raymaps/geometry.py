@@ -23,6 +23,8 @@ from raymaps.scene import Body, Scene
 __all__ = ["BodyMesh", "load_bodies", "winding_number", "write_ply"]
 
 FORMATS = (".stl", ".ply", ".obj", ".glb")
+#: Triangles at which it is asked whether a body parts space.
+PROBES = 24
 
 _PLY_FACE = np.dtype([("n", "u1"), ("v", "<i4", 3)])
 _PLAIN_PLY = re.compile(
@@ -108,6 +110,27 @@ class BodyMesh:
 
         bad = real & (uses(forward) != uses(backward))
         return np.unique(np.flatnonzero(bad) // 3)
+
+    @cached_property
+    def parts_space(self) -> int:
+        """Whether the triangles part what is behind them from what is before them: 1, their normals outwards, -1,
+        inwards, 0 not (an open shell, or one that overlaps itself).
+
+        Asked at some points close to the triangles.
+        """
+        if not self.is_closed or self.degenerate.all():
+            return 0
+        sound = np.flatnonzero(~self.degenerate)
+        some = sound[np.linspace(0, len(sound) - 1, min(len(sound), PROBES)).astype(np.int64)]
+        normal = self.area_vectors_mm2[some] / np.linalg.norm(self.area_vectors_mm2[some], axis=1)[:, None]
+        off = 1e-6 * float(np.ptp(self.vertices_mm, axis=0).max()) * normal
+        middle = self.corners_mm[some].mean(axis=1)
+        before = np.array([winding_number(self.corners_mm, point) for point in middle + off])
+        behind = np.array([winding_number(self.corners_mm, point) for point in middle - off])
+        for outwards, inside in ((1, 1.0), (-1, 0.0)):
+            if np.abs(behind - inside).max() < 0.1 and np.abs(before - inside + 1.0).max() < 0.1:
+                return outwards
+        return 0
 
     @property
     def is_closed(self) -> bool:

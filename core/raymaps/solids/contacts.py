@@ -14,7 +14,7 @@ from raymaps.geometry import BodyMesh
 from raymaps.names import Names
 from raymaps.scene import Scene
 from raymaps.solids.facets import facet_slack
-from raymaps.solids.ranks import rank_solids
+from raymaps.solids.ranks import rank_solids, reaches_far
 from raymaps.solids.sweep import Boxes
 
 __all__ = ["CONTACT", "SolidTables", "body_layers", "close_bodies", "lower_solids"]
@@ -29,7 +29,8 @@ class SolidTables(NamedTuple):
     """What kernels read of solids and contacts. Solids count by rank, lengths in frame units."""
 
     face_solid: NDArray[np.int32]  # (n_faces,) rank of the face's solid, -1 none
-    medium: NDArray[np.int16]  # (n_solids,) medium by rank
+    medium: NDArray[np.int16]  # (n_solids,) medium by rank, -1 none
+    reaches_far: NDArray[np.bool_]  # (n_solids,) whether it is all around its triangles
     close: NDArray[np.bool_]  # (n_triangles,) may be within contact distance of a triangle of another body
     layer: NDArray[np.int8]  # (n_triangles,) colour of the body: other than that of bodies close to it; -1 not close
     slack: NDArray[np.float64]  # (n_triangles,) how far the facet may be off the surface that it stands for
@@ -74,7 +75,8 @@ def lower_solids(
     layers = body_layers(len(bodies), close_bodies(boxes, has_medium, close))
     return SolidTables(
         face_solid=np.array([rank_of_body.get(body, -1) for body, _ in names.faces], np.int32),
-        medium=np.array([names.media.index(str(bodies[i].medium)) for i in ranked], np.int16),
+        medium=np.array([names.media.index(name) if (name := bodies[i].medium) else -1 for i in ranked], np.int16),
+        reaches_far=np.array([reaches_far(scene, meshes, i) for i in ranked], np.bool_),
         close=close,
         layer=np.where(close, np.repeat(np.array(layers, np.int8), n_triangles), np.int8(-1)),
         slack=slack,

@@ -18,11 +18,16 @@ WORD = 64
 
 
 def rank_solids(scene: Scene, meshes: tuple[BodyMesh, ...]) -> tuple[int, ...]:
-    """Index of the body of each solid, by rank: the highest priority first, then the smaller volume, then the later."""
+    """Index of the body of each solid, by rank.
+
+    Bodies with a medium: the highest priority first, then the smaller volume, then the later. Last the bodies without
+    one that part space: rays know on which side of their surfaces they are.
+    """
     solids = [i for i, body in enumerate(scene.bodies.values()) if body.medium is not None]
     priority = [body.priority for body in scene.bodies.values()]
     size = dict(zip(solids, _size_classes([meshes[i].volume_mm3 for i in solids]), strict=True))
-    return tuple(sorted(solids, key=lambda i: (-priority[i], size[i], -i)))
+    shells = [i for i, body in enumerate(scene.bodies.values()) if body.medium is None and meshes[i].parts_space]
+    return (*sorted(solids, key=lambda i: (-priority[i], size[i], -i)), *shells)
 
 
 def why_it_rules(scene: Scene, meshes: tuple[BodyMesh, ...], ruling: int, other: int) -> str:
@@ -55,7 +60,8 @@ def solids_at(scene: Scene, meshes: tuple[BodyMesh, ...], points_mm: NDArray[np.
 
     Returns
     -------
-    (n_points, n_words) uint64; bit ``rank % 64`` of word ``rank // 64`` is set for each solid that contains the point.
+    (n_points, n_words) uint64; bit ``rank % 64`` of word ``rank // 64`` is set for each solid that contains the point:
+    for each whose triangles the point is behind.
     """
     from raymaps.solids.mesh_kernel import winding_numbers
 
@@ -64,12 +70,20 @@ def solids_at(scene: Scene, meshes: tuple[BodyMesh, ...], points_mm: NDArray[np.
     bits = np.zeros((len(points_mm), max(1, -(-len(ranked) // WORD))), np.uint64)
     for rank, i in enumerate(ranked):
         low, high = meshes[i].vertices_mm.min(axis=0), meshes[i].vertices_mm.max(axis=0)
+        winding = np.zeros(len(points_mm))
         near = np.flatnonzero(((points_mm >= low) & (points_mm <= high)).all(axis=1))
         if len(near):
-            winding = np.empty(len(near))
-            winding_numbers(np.ascontiguousarray(meshes[i].corners_mm), points_mm[near], winding)
-            bits[near[winding > 0.5], rank // WORD] |= np.uint64(1 << rank % WORD)
+            found = np.empty(len(near))
+            winding_numbers(np.ascontiguousarray(meshes[i].corners_mm), points_mm[near], found)
+            winding[near] = found
+        behind = winding > (-0.5 if reaches_far(scene, meshes, i) else 0.5)
+        bits[behind, rank // WORD] |= np.uint64(1 << rank % WORD)
     return bits
+
+
+def reaches_far(scene: Scene, meshes: tuple[BodyMesh, ...], body: int) -> bool:
+    """Whether what is behind a body's triangles is all around it: a room whose walls look inwards."""
+    return tuple(scene.bodies.values())[body].medium is None and meshes[body].parts_space < 0
 
 
 def medium_of(solids: NDArray[np.uint64], medium: NDArray[np.int16], ambient: int) -> NDArray[np.int16]:
@@ -80,7 +94,7 @@ def medium_of(solids: NDArray[np.uint64], medium: NDArray[np.int16], ambient: in
     solids : (n_points, n_words) uint64
         As of `solids_at`.
     medium : (n_solids,) int16
-        Medium of each solid, by rank.
+        Medium of each solid, by rank; -1 for none.
     ambient : int
         Medium where there is no solid.
 
@@ -89,7 +103,7 @@ def medium_of(solids: NDArray[np.uint64], medium: NDArray[np.int16], ambient: in
     (n_points,) int16
     """
     found = np.full(len(solids), ambient, np.int16)
-    for rank in reversed(range(len(medium))):
+    for rank in reversed(np.flatnonzero(medium >= 0).tolist()):
         found[(solids[:, rank // WORD] >> np.uint64(rank % WORD)) & np.uint64(1) == 1] = medium[rank]
     return found
 
@@ -103,5 +117,7 @@ def medium_at(
 ) -> NDArray[np.int16]:
     """Medium at each point, (n_points,) int16, an index into ``media``; ``ambient`` outside of all solids."""
     bodies = list(scene.bodies.values())
-    medium = np.array([media.index(str(bodies[i].medium)) for i in rank_solids(scene, meshes)], np.int16)
+    medium = np.array(
+        [media.index(name) if (name := bodies[i].medium) else -1 for i in rank_solids(scene, meshes)], np.int16
+    )
     return medium_of(solids_at(scene, meshes, points_mm), medium, ambient)
