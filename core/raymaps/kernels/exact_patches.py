@@ -19,8 +19,11 @@ _MAX_STEPS = 30
 _EXACT, _ROUNDING = 2e-16, 2e-14
 #: Chords below this are computed from the difference of their ends.
 _SHORT = 1e-2
-#: Step, in sizes of a patch, that rounding may leave of a chord's last one.
-_LAST_STEP = 4e-15
+#: A crossing this near to where a line stands is where it stands.
+_WHERE_IT_STANDS = 1e-9
+#: Steps to the end of a chord: one that is the last, and one that may be if it is not shorter than
+#: the step before by much, as only rounding is left.
+_LAST_STEP, _STALLED = 4e-15, 1e-12
 #: A chord that leaves its patch by more, in sizes of the patch, is not one of the patch's polynomial.
 _PAST = 1e-5
 #: By how much of its range v is kept off the poles at its lower and upper border, where u is not defined.
@@ -32,26 +35,29 @@ _EXTENSION = 0.25
 @kernel
 def meet_patches(exact, surface, triangle, guess, towards, stands_on, px, py, pz, dx, dy, dz):
     """See `raymaps.kernels.exact.meet`."""
-    x, y, z = px + guess * dx, py + guess * dy, pz + guess * dz
-    u, v = _guess(exact, surface, triangle, x, y, z)
-    is_met, u, v, t, nx, ny, nz = _newton(exact, surface, u, v, px, py, pz, dx, dy, dz)
-    for corner in range(3):
+    row = _row(exact, triangle)
+    u, v = _guess(exact, surface, triangle, px + guess * dx, py + guess * dy, pz + guess * dz)
+    is_met, t, nx, ny, nz = False, math.nan, 0.0, 0.0, 0.0
+    for attempt in range(4 if row >= 0 else 1):
+        if attempt > 0:  # from the corners of the triangle
+            u, v = exact.guess_uv[row, attempt - 1, 0], exact.guess_uv[row, attempt - 1, 1]
+        is_met, u, v, t, nx, ny, nz = _newton(exact, surface, u, v, px, py, pz, dx, dy, dz)
         if is_met:
             break
-        row = _row(exact, triangle)
-        if row >= 0:
-            u, v = exact.guess_uv[row, corner, 0], exact.guess_uv[row, corner, 1]
-            is_met, u, v, t, nx, ny, nz = _newton(exact, surface, u, v, px, py, pz, dx, dy, dz)
+    if is_met and towards * (nx * dx + ny * dy + nz * dz) > 0.0 and not (stands_on and abs(t) < _SHORT):
+        return t, nx, ny, nz
+    begin = t
+    if stands_on and not abs(t) >= _SHORT:
+        if not is_met:  # both ends of a short chord are too near to each other to be told apart
+            u, v = _guess(exact, surface, triangle, px, py, pz)
+        u, v, _ = _settled(exact, surface, u, v, px, py, pz)
+        j = _jet(exact, surface, _patch(exact, surface, u, v), u, v)
+        is_met = abs(j[0] + j[3] - px) + abs(j[1] + j[4] - py) + abs(j[2] + j[5] - pz) < _WHERE_IT_STANDS
+        begin = 0.0
     if not is_met:
         return math.nan, 0.0, 0.0, 0.0
-    along = nx * dx + ny * dy + nz * dz
-    if towards * along > 0.0 and not (stands_on and abs(t) < _SHORT):
-        return t, nx, ny, nz
-    if stands_on and abs(t) < _SHORT:
-        u, v, _ = _settled(exact, surface, u, v, px, py, pz)
-        t = 0.0
-    t, nx, ny, nz = _other_end(exact, surface, u, v, t, px, py, pz, dx, dy, dz)
-    if not towards * (nx * dx + ny * dy + nz * dz) > 0.0 or (stands_on and t == 0.0):
+    t, nx, ny, nz = _other_end(exact, surface, u, v, begin, px, py, pz, dx, dy, dz)
+    if not towards * (nx * dx + ny * dy + nz * dz) > 0.0 or (stands_on and begin != 0.0 and abs(t) < _WHERE_IT_STANDS):
         return math.nan, 0.0, 0.0, 0.0
     return t, nx, ny, nz
 
@@ -189,15 +195,19 @@ def _other_end(exact, surface, u, v, begin, px, py, pz, dx, dy, dz):
     t (NaN if there is none near), own unit normal there (3 floats)
     """
     v = _off_poles(exact, surface, v)
+    is_pole = _is_on_pole(exact, surface, v)
+    if is_pole:  # it has any u: take that which the line goes along
+        _, _, _, _, _, _, ux, uy, uz, vx, vy, vz = _jet(exact, surface, _patch(exact, surface, u, v), u, v)
+        ku, kv = _along_surface(ux, uy, uz, vx, vy, vz, dx, dy, dz)
+        u, _ = _moved(exact, surface, u, v, 1e-3 * ku, 1e-3 * kv)
     patch = _patch(exact, surface, u, v)
     _, _, _, _, _, _, ux, uy, uz, vx, vy, vz = _jet(exact, surface, patch, u, v)
     nx, ny, nz = _turned(1.0, uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx)
     along = nx * dx + ny * dy + nz * dz
     # the way along the surface below the line, and how it bends: the line rises as t along, the surface as bend t²/2
-    a, b, c = ux * ux + uy * uy + uz * uz, ux * vx + uy * vy + uz * vz, vx * vx + vy * vy + vz * vz
-    du_, dv_ = ux * dx + uy * dy + uz * dz, vx * dx + vy * dy + vz * dz
-    determinant = a * c - b * b
-    ku, kv = (c * du_ - b * dv_) / determinant, (a * dv_ - b * du_) / determinant
+    ku, kv = _along_surface(ux, uy, uz, vx, vy, vz, dx, dy, dz)
+    if is_pole:
+        ku, kv = 0.0, (vx * dx + vy * dy + vz * dz) / (vx * vx + vy * vy + vz * vz)
     widths = exact.patch[patch]
     step = 1e-4 / max(abs(ku) * abs(widths[5]), abs(kv) * abs(widths[6]), 1e-300)
     ahead = _jet(exact, surface, patch, u + step * ku, v + step * kv)
@@ -209,7 +219,8 @@ def _other_end(exact, surface, u, v, begin, px, py, pz, dx, dy, dz):
     first = 2.0 * along / bend
     if not math.isfinite(first) or abs(first) > 4.0:
         return math.nan, 0.0, 0.0, 0.0
-    is_met, hu, hv, t, mx, my, mz = _chord(exact, surface, patch, u, v, first * ku, first * kv, dx, dy, dz)
+    hu, hv = first * ku, first * kv
+    is_met, hu, hv, t, mx, my, mz = _chord(exact, surface, patch, u, v, hu, hv, dx, dy, dz)
     if is_met and _is_past(exact, surface, patch, u + hu, v + hv) <= _PAST:
         return begin + t, mx, my, mz
     if is_met and exact.number[surface, 0] == 0.0 and exact.number[surface, 1] == 0.0:
@@ -220,6 +231,15 @@ def _other_end(exact, surface, u, v, begin, px, py, pz, dx, dy, dz):
     if not is_met or abs(t - begin) < 1e-7:
         return math.nan, 0.0, 0.0, 0.0
     return t, mx, my, mz
+
+
+@kernel
+def _along_surface(ux, uy, uz, vx, vy, vz, dx, dy, dz):
+    """Changes of u and v per unit of length of a line, of its shadow on the surface."""
+    a, b, c = ux * ux + uy * uy + uz * uz, ux * vx + uy * vy + uz * vz, vx * vx + vy * vy + vz * vz
+    du, dv = ux * dx + uy * dy + uz * dz, vx * dx + vy * dy + vz * dz
+    determinant = a * c - b * b
+    return (c * du - b * dv) / determinant, (a * dv - b * du) / determinant
 
 
 @kernel
@@ -240,7 +260,8 @@ def _chord(exact, surface, patch, u, v, hu, hv, dx, dy, dz):
     -------
     is_met, hu, hv, t, own unit normal at the other end (3 floats)
     """
-    least = 1e-3 * (abs(hu) * abs(exact.patch[patch, 5]) + abs(hv) * abs(exact.patch[patch, 6]))
+    before = math.inf
+    least = 0.0
     for _ in range(_MAX_STEPS):
         rx, ry, rz = _difference(exact, surface, patch, u, v, hu, hv)
         _, _, _, _, _, _, ux, uy, uz, vx, vy, vz = _jet(exact, surface, patch, u + hu, v + hv)
@@ -250,13 +271,16 @@ def _chord(exact, surface, patch, u, v, hu, hv, dx, dy, dz):
         along = nx * dx + ny * dy + nz * dz
         du = -(ex * (vy * dz - vz * dy) + ey * (vz * dx - vx * dz) + ez * (vx * dy - vy * dx)) / along
         dv = -(ux * (ey * dz - ez * dy) + uy * (ez * dx - ex * dz) + uz * (ex * dy - ey * dx)) / along
-        scale_u, scale_v = abs(exact.patch[patch, 5]), abs(exact.patch[patch, 6])
-        size, change = abs(hu) * scale_u + abs(hv) * scale_v, abs(du) * scale_u + abs(dv) * scale_v
+        mx, my, mz = du * ux + dv * vx, du * uy + dv * vy, du * uz + dv * vz
+        size, change = math.sqrt(rx * rx + ry * ry + rz * rz), math.sqrt(mx * mx + my * my + mz * mz)
+        if before == math.inf:
+            least = 1e-3 * size
         if not math.isfinite(change) or size > 4.0 or size < least:
             break
-        if change <= 1e-13 * size + _LAST_STEP:
+        if change <= 1e-13 * size + _LAST_STEP or (change < _STALLED and change > 0.25 * before):
             nx, ny, nz = _turned(exact.number[surface, 2], nx, ny, nz)
             return True, hu, hv, t, nx, ny, nz
+        before = change
         share = min(1.0, 0.7 * size / change)
         hu, hv = hu + share * du, hv + share * dv
     return False, hu, hv, math.nan, 0.0, 0.0, 0.0
@@ -356,6 +380,14 @@ def _off_poles(exact, surface, v):
     if exact.number[surface, 1] != 0.0 and v > (1.0 - _NUDGE_HIGH) * end:
         return (1.0 - _NUDGE_HIGH) * end
     return v
+
+
+@kernel
+def _is_on_pole(exact, surface, v):
+    sheet = exact.sheet[surface]
+    end = exact.breaks[sheet[6] + sheet[2]]
+    at_low = exact.number[surface, 0] != 0.0 and v <= 2.0 * _NUDGE_HIGH * end
+    return at_low or (exact.number[surface, 1] != 0.0 and v >= (1.0 - 2.0 * _NUDGE_HIGH) * end)
 
 
 @kernel
