@@ -56,6 +56,16 @@ def triangulate(shape, chord_mm, angle_deg, where="shape"):
     return mesh
 
 
+def stand_in(n_faces):
+    """A closed mesh with a number of faces and no likeness to anything: two pyramids on a polygon."""
+    n = max(3, (n_faces + 1) // 2)
+    corners = [(math.cos(2 * math.pi * i / n), math.sin(2 * math.pi * i / n), 0.0) for i in range(n)]
+    sides = [(i, (i + 1) % n) for i in range(n)]
+    triangles = [triangle for a, b in sides for triangle in ((a, b, n), (b, a, n + 1))]
+    counts = [(index, 1) for index in range(n_faces - 1)] + [(n_faces - 1, 2 * n - n_faces + 1)]
+    return Mesh([*corners, (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)], triangles, counts)
+
+
 def open_edges(mesh):
     """Number of directed edges without exactly one partner in the opposite direction; 0 for a closed mesh."""
     uses: dict[tuple[int, int], int] = {}

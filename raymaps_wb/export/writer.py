@@ -11,7 +11,7 @@ from raymaps_wb.export.description import describe
 from raymaps_wb.export.fingerprint import combined, shape_digest
 from raymaps_wb.export.ply import ply_bytes
 from raymaps_wb.export.surfaces import exact_surface
-from raymaps_wb.export.triangles import open_edges, triangulate
+from raymaps_wb.export.triangles import open_edges, stand_in, triangulate
 
 #: path: of the scene file. fingerprint: of what was written. triangles: number in all.
 Exported = namedtuple("Exported", "path fingerprint triangles")
@@ -88,8 +88,8 @@ def export_study(study, folder, stem=None, progress=None):
     return Exported(path, digest, n_triangles)
 
 
-def write_without_geometry(study, folder):
-    """Write a study's scene without its triangles, all effects on: enough to tell which effects it calls for.
+def write_with_stand_ins(study, folder):
+    """Write a study's scene, all effects on, with stand-ins for its bodies: enough to tell which effects it calls for.
 
     Returns
     -------
@@ -102,11 +102,14 @@ def write_without_geometry(study, folder):
     """
     description = describe(study)
     scene = description.scene
-    for name in description.places:
-        scene["bodies"][name]["geometry"] = {"file": "left_out.ply"}
     scene["settings"].pop("without", None)
     path = os.path.join(folder, "study.scene.json")
     try:
+        for number, (name, place) in enumerate(description.places.items()):
+            mesh = stand_in(len(shape_of(place).Faces))
+            _write(os.path.join(folder, f"{number}.ply"), ply_bytes(mesh))
+            faces = [{"name": f"Face{index + 1}", "triangles": count} for index, count in mesh.faces]
+            scene["bodies"][name]["geometry"] = {"file": f"{number}.ply", "mm_per_unit": 1.0, "faces": faces}
         description.files.copy(folder, "study")
         _write(path, scene_text(description.files.placed(scene, folder, "study")).encode("utf-8"))
     except ValueError as error:

@@ -5,7 +5,7 @@ import tempfile
 
 from raymaps_wb.compat import QtCore, QtWidgets, translate
 from raymaps_wb.errors import WorkbenchError
-from raymaps_wb.export.writer import write_without_geometry
+from raymaps_wb.export.writer import write_with_stand_ins
 from raymaps_wb.taskpanels.rows import beside, column, small_label
 from raymaps_wb.tracer.explain import Explanation, title_of
 
@@ -43,7 +43,7 @@ class EffectsEditor:
         self._forget()
         self._folder = tempfile.TemporaryDirectory(prefix="raymaps-")
         try:
-            scene = write_without_geometry(self._study, self._folder.name)
+            scene = write_with_stand_ins(self._study, self._folder.name)
             self._explanation = Explanation(scene, self.row)
         except WorkbenchError as error:
             self._tell(str(error))

@@ -5,6 +5,7 @@ import FreeCAD
 import Part
 from support import DocumentTest, bounds, unpaired_edges, volume_mm3
 
+from raymaps_wb.export.triangles import open_edges, signed_volume_mm3, stand_in
 from raymaps_wb.objects.references import add_references, set_references
 from raymaps_wb.objects.surface_property import make_surface_property
 
@@ -43,6 +44,14 @@ class BodiesTest(DocumentTest):
             with self.subTest(label):
                 self.assertEqual(unpaired_edges(meshes[label]), [])
                 self.assertLess(abs(volume_mm3(meshes[label]) / shape.Volume - 1), 0.01)
+
+    def test_stand_ins_are_closed_with_all_faces(self):
+        for n_faces in range(1, 40):
+            mesh = stand_in(n_faces)
+            self.assertEqual((open_edges(mesh), len(mesh.faces)), (0, n_faces))
+            self.assertGreater(signed_volume_mm3(mesh), 0)
+            self.assertEqual(sum(count for _, count in mesh.faces), len(mesh.triangles))
+            self.assertTrue(all(count > 0 for _, count in mesh.faces))
 
     def test_finer_settings_give_finer_triangles(self):
         ball = self.document.addObject("Part::Sphere", "Ball")
