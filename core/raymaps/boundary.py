@@ -25,7 +25,8 @@ class Boundary(NamedTuple):
     """What kernels read to find a crossing. Solids count by rank; lengths in frame units."""
 
     corners: NDArray[np.float64]  # (n_triangles, 3 corners, 3) of the bounding mesh
-    slack: NDArray[np.float64]  # (n_triangles,) how far a facet may be off the surface that it stands for
+    reach: NDArray[np.float64]  # (n_triangles,) how far the exact surface may lie from the facet
+    slack: NDArray[np.float64]  # (n_triangles,) how far a facet without one may be off the surface that it stands for
     neighbour: NDArray[np.int32]  # (n_triangles, 3) triangle of another face of the body beyond a border, -1 none
     bend: NDArray[np.int8]  # (n_triangles, 3) edge between them: 1 convex, -1 concave, 0 smooth
     exact: ExactTables
@@ -56,8 +57,6 @@ class LoweredBoundary:
         Whether a triangle may be in contact with one of another body.
     layer : (n_triangles,) int8
         Bodies that may touch are in different layers; -1 of triangles that are not close.
-    reach : (n_triangles,) float64
-        How far the exact surface may lie from its facet.
     smooth : SmoothFacets
     fallbacks : tuple of Fallback
         Faces that stay facets though their exact surfaces were asked for.
@@ -67,7 +66,6 @@ class LoweredBoundary:
     plane: NDArray[np.float64]
     close: NDArray[np.bool_]
     layer: NDArray[np.int8]
-    reach: NDArray[np.float64]
     smooth: SmoothFacets
     fallbacks: tuple[Fallback, ...]
 
@@ -83,7 +81,7 @@ def lower_boundary(scene: Scene, meshes: tuple[BodyMesh, ...], names: Names, fra
     solids = lower_solids(scene, meshes, names, frame, exact.face >= 0, corners, reach)
     n_words = max(1, -(-len(solids.medium) // 64))
     tables = Boundary(
-        corners, solids.slack, edges.neighbour, edges.bend, exact, solids.face_solid, solids.medium,
+        corners, reach, solids.slack, edges.neighbour, edges.bend, exact, solids.face_solid, solids.medium,
         _bits(solids.medium >= 0, n_words), _bits(solids.reaches_far, n_words),
     )  # fmt: skip
     for array in (*tables, *exact):
@@ -94,7 +92,6 @@ def lower_boundary(scene: Scene, meshes: tuple[BodyMesh, ...], names: Names, fra
         _planes(corners),
         solids.close,
         solids.layer,
-        reach,
         _smooth_facets(scene, meshes, corners),
         found.fallbacks,
     )

@@ -398,5 +398,13 @@ def _scene_hash(scene: Scene, meshes: tuple[BodyMesh, ...], ray_sets: dict[str, 
         for name, source in scene.sources.items()
     }
     scene = scene.model_copy(update={"sources": sources})
-    text = json.dumps([_told(scene), [mesh_digest(mesh) for mesh in meshes]], separators=(",", ":"))
+    shapes = {
+        name: [[group.name, _told(group.surface)] for group in body.geometry.faces or () if group.surface is not None]
+        for name, body in scene.bodies.items()
+        if scene.settings.surfaces == "exact"
+    }
+    smooth = {name: body.geometry.smooth_faces for name, body in scene.bodies.items()}
+    told = [_told(scene), [mesh_digest(mesh) for mesh in meshes]]
+    told += [{name: part for name, part in parts.items() if part} for parts in (shapes, smooth) if any(parts.values())]
+    text = json.dumps(told, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()

@@ -35,7 +35,7 @@ class Intersector:
             for layer in np.unique(boundary.layer[boundary.close])
         ]
         close = boundary.close
-        widest = boundary.reach[close].max(initial=0.0) + boundary.tables.slack[close].max(initial=0.0)
+        widest = boundary.tables.reach[close].max(initial=0.0) + boundary.tables.slack[close].max(initial=0.0)
         self._stretch = 4.0 * (CONTACT + 2.0 * widest)
 
     @property

@@ -20,7 +20,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-__all__ = ["allocating_kernel", "kept_machine_code", "kernel"]
+__all__ = ["allocating_kernel", "inlined_kernel", "kept_machine_code", "kernel"]
 
 _PACKAGE = Path(__file__).parent
 #: Machine code of loops that have changed since is deleted after so long.
@@ -76,6 +76,17 @@ def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     one, to a function would otherwise take longer than what most functions do with them.
     """
     compiled: Callable[..., Any] = _njit(nogil=True, cache=True, error_model="numpy", _nrt=False)(function)
+    return compiled
+
+
+def inlined_kernel(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a function that loops call into these loops.
+
+    What a wave and the tables are is copied at each call of a function that stays one: dozens of words for each array.
+    """
+    compiled: Callable[..., Any] = _njit(nogil=True, cache=True, error_model="numpy", _nrt=False, forceinline=True)(
+        function
+    )
     return compiled
 
 

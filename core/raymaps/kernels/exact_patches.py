@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from raymaps.jit import kernel
+from raymaps.jit import inlined_kernel, kernel
 
 __all__ = ["height_over_patches", "meet_patches", "normal_of_patches", "settle_on_patches"]
 
@@ -21,6 +21,8 @@ _EXACT, _ROUNDING = 2e-16, 2e-14
 _SHORT = 1e-2
 #: A crossing this near to where a line stands is where it stands.
 _WHERE_IT_STANDS = 1e-9
+#: A crossing further than this is not that where a line stands, however flat it leaves the surface.
+_APART = 1e-6
 #: Steps to the end of a chord: one that is the last, and one that may be if it is not shorter than
 #: the step before by much, as only rounding is left.
 _LAST_STEP, _STALLED = 4e-15, 1e-12
@@ -30,6 +32,9 @@ _PAST = 1e-5
 _NUDGE_LOW, _NUDGE_HIGH = 1e-100, 1e-14
 #: How far patches at a border go on past it, in widths of the patch.
 _EXTENSION = 0.25
+
+#: No crossing.
+_NONE = (math.nan, 0.0, 0.0, 0.0)
 
 
 @kernel
@@ -44,9 +49,11 @@ def meet_patches(exact, surface, triangle, guess, towards, stands_on, px, py, pz
         is_met, u, v, t, nx, ny, nz = _newton(exact, surface, u, v, px, py, pz, dx, dy, dz)
         if is_met:
             break
-    if is_met and towards * (nx * dx + ny * dy + nz * dz) > 0.0 and not (stands_on and abs(t) < _SHORT):
+    is_crossed = is_met and towards * (nx * dx + ny * dy + nz * dz) > 0.0
+    if is_crossed and not (stands_on and abs(t) < _SHORT):
         return t, nx, ny, nz
-    begin = t
+    begin, first = t, (t, nx, ny, nz)
+    is_apart = is_crossed and abs(t) > _APART
     if stands_on and not abs(t) >= _SHORT:
         if not is_met:  # both ends of a short chord are too near to each other to be told apart
             u, v = _guess(exact, surface, triangle, px, py, pz)
@@ -55,10 +62,10 @@ def meet_patches(exact, surface, triangle, guess, towards, stands_on, px, py, pz
         is_met = abs(j[0] + j[3] - px) + abs(j[1] + j[4] - py) + abs(j[2] + j[5] - pz) < _WHERE_IT_STANDS
         begin = 0.0
     if not is_met:
-        return math.nan, 0.0, 0.0, 0.0
+        return first if is_apart else _NONE
     t, nx, ny, nz = _other_end(exact, surface, u, v, begin, px, py, pz, dx, dy, dz)
     if not towards * (nx * dx + ny * dy + nz * dz) > 0.0 or (stands_on and begin != 0.0 and abs(t) < _WHERE_IT_STANDS):
-        return math.nan, 0.0, 0.0, 0.0
+        return first if is_apart else _NONE
     return t, nx, ny, nz
 
 
@@ -89,12 +96,12 @@ def height_over_patches(exact, surface, triangle, x, y, z):
     return (x - j[0] - j[3]) * nx + (y - j[1] - j[4]) * ny + (z - j[2] - j[5]) * nz
 
 
-@kernel
+@inlined_kernel
 def _row(exact, triangle):
     return exact.guess_row[triangle] if triangle >= 0 else -1
 
 
-@kernel
+@inlined_kernel
 def _guess(exact, surface, triangle, x, y, z):
     """Parameters near a point: between those of its triangle's corners, or of the nearest patch."""
     row = _row(exact, triangle)
@@ -132,7 +139,7 @@ def _nearest_patch(exact, surface, x, y, z):
     return best_u, best_v
 
 
-@kernel
+@inlined_kernel
 def _newton(exact, surface, u, v, px, py, pz, dx, dy, dz):
     """Solve S(u, v) = p + t d.
 
@@ -242,7 +249,7 @@ def _along_surface(ux, uy, uz, vx, vy, vz, dx, dy, dz):
     return (c * du - b * dv) / determinant, (a * dv - b * du) / determinant
 
 
-@kernel
+@inlined_kernel
 def _is_past(exact, surface, patch, u, v):
     """By how much parameters lie past the borders of a patch, in its sizes."""
     sheet = exact.sheet[surface]
@@ -286,7 +293,7 @@ def _chord(exact, surface, patch, u, v, hu, hv, dx, dy, dz):
     return False, hu, hv, math.nan, 0.0, 0.0, 0.0
 
 
-@kernel
+@inlined_kernel
 def _difference(exact, surface, patch, u, v, hu, hv):
     """S(u + hu, v + hv) - S(u, v) of one patch from divided differences, so small ones keep all their digits."""
     sheet, own = exact.sheet[surface], exact.patch[patch]
@@ -322,7 +329,7 @@ def _difference(exact, surface, patch, u, v, hu, hv):
     )
 
 
-@kernel
+@inlined_kernel
 def _jet(exact, surface, patch, u, v):
     """Centre of a patch, its point from there, and its derivatives by u and v: twelve numbers."""
     sheet, own = exact.sheet[surface], exact.patch[patch]
@@ -360,7 +367,7 @@ def _normal(exact, surface, u, v):
     )
 
 
-@kernel
+@inlined_kernel
 def _turned(sign, x, y, z):
     """A vector brought to length one, and turned about if the sign is negative."""
     largest = max(abs(x), abs(y), abs(z))
@@ -371,7 +378,7 @@ def _turned(sign, x, y, z):
     return x / length, y / length, z / length
 
 
-@kernel
+@inlined_kernel
 def _off_poles(exact, surface, v):
     sheet = exact.sheet[surface]
     end = exact.breaks[sheet[6] + sheet[2]]
@@ -390,7 +397,7 @@ def _is_on_pole(exact, surface, v):
     return at_low or (exact.number[surface, 1] != 0.0 and v >= (1.0 - 2.0 * _NUDGE_HIGH) * end)
 
 
-@kernel
+@inlined_kernel
 def _patch(exact, surface, u, v):
     """Patch that holds parameters; the one at the border past it."""
     sheet = exact.sheet[surface]
@@ -409,7 +416,7 @@ def _interval(exact, first, n, x):
     return low
 
 
-@kernel
+@inlined_kernel
 def _moved(exact, surface, u, v, du, dv):
     """Parameters after a step: polar near a pole, at most a patch wide, wrapped, and kept by the borders."""
     sheet, number = exact.sheet[surface], exact.number[surface]
@@ -435,7 +442,7 @@ def _moved(exact, surface, u, v, du, dv):
     return _within(exact, surface, 0, u + du), _within(exact, surface, 1, v + dv)
 
 
-@kernel
+@inlined_kernel
 def _within(exact, surface, axis, x):
     """A parameter wrapped, or kept by the borders: by a little more than the border, by a pole just so."""
     sheet = exact.sheet[surface]

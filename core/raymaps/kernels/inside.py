@@ -5,26 +5,26 @@ from __future__ import annotations
 
 import numpy as np
 
-from raymaps.jit import kernel
+from raymaps.jit import inlined_kernel
 
 __all__ = ["is_in", "medium_of", "ruling", "toggle"]
 
 _ONE = np.uint64(1)
 
 
-@kernel
+@inlined_kernel
 def is_in(inside, solid):
     """Whether a set, (n_words,) uint64, has a solid."""
     return (inside[solid >> 6] >> np.uint64(solid & 63)) & _ONE == _ONE
 
 
-@kernel
+@inlined_kernel
 def toggle(inside, solid):
     """Take a solid into a set, or out of it."""
     inside[solid >> 6] ^= _ONE << np.uint64(solid & 63)
 
 
-@kernel
+@inlined_kernel
 def ruling(inside, has_medium):
     """The solid of a set that says what medium there is: that of the lowest rank; -1 if none has a medium."""
     for word in range(len(inside)):
@@ -38,7 +38,7 @@ def ruling(inside, has_medium):
     return -1
 
 
-@kernel
+@inlined_kernel
 def medium_of(solid, solid_medium, ambient):
     """Medium in a solid, the ambient one in none."""
     return solid_medium[solid] if solid >= 0 else ambient[0]

@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from raymaps.jit import kernel
+from raymaps.jit import inlined_kernel, kernel
 from raymaps.kernels import exact
 from raymaps.kernels.inside import is_in, medium_of, ruling, toggle
 from raymaps.kinds import EventKind, SurfaceKind
@@ -39,6 +39,8 @@ START_OFFSET = 2.0**-21
 CONTACT = 2.0**-21
 #: Below this cosine a ray is not moved along itself to the right side of its facet, but along the facet's normal.
 STEEP_COSINE = 0.05
+#: Crossings further apart are never one interface, in frame units.
+WIDEST_INTERFACE = 2.0**-6
 #: Cosine between normals of facets that run alongside each other.
 ALONGSIDE = 0.94
 #: By how much of its size a point of an entry may lie beyond a neighbouring face.
@@ -105,13 +107,13 @@ def start(rays, wave, tables, advance, origin, direction):
             direction[k, axis] = wave.direction[i, axis]
 
 
-@kernel
+@inlined_kernel
 def _height_above(plane, point):
     """Distance of a point from a triangle's plane, negative behind it."""
     return plane[0] * point[0] + plane[1] * point[1] + plane[2] * point[2] - plane[3]
 
 
-@kernel
+@inlined_kernel
 def _along(wave, i, normal):
     """Cosine between the way of ray i and a normal."""
     return wave.direction[i, 0] * normal[0] + wave.direction[i, 1] * normal[1] + wave.direction[i, 2] * normal[2]
@@ -154,7 +156,10 @@ def locate(rays, wave, tables, boundary, advance, hits, guesses, found):
         count, is_stray = 0, False
         for c in range(hits.shape[1]):
             if hits[k, c] >= 0:
-                verdict, t, nx, ny, nz, triangle = _crossing(i, hits[k, c], guesses[k, c], wave, tables, boundary)
+                way = 1.0 if _along(wave, i, tables.plane[hits[k, c]]) > 0.0 else -1.0
+                verdict, t, nx, ny, nz, triangle = _crossing(
+                    i, hits[k, c], way, guesses[k, c], 0.0, wave, tables, boundary
+                )
                 if verdict == _CROSSED:
                     _keep(found, k, count, t, nx, ny, nz, triangle)
                     count += 1
@@ -172,26 +177,34 @@ def locate(rays, wave, tables, boundary, advance, hits, guesses, found):
 
 @kernel
 def recover(rays, wave, tables, boundary, found):
-    """Decide doubtful rays slowly: in float64, over all triangles; a ray that stays in doubt is killed where it stands.
+    """Decide doubtful rays slowly: in float64, over all faces; a ray that stays in doubt is killed where it stands.
 
-    Embree misses about one crossing in a million, next to edges that float32 can't tell from the ray's start.
+    That are those few that cross a body where its bounding mesh does not: next to edges that float32 can't tell from
+    the ray's start, or between an exact surface and its facets.
     """
     for k in range(len(rays)):
         i = rays[k]
         wave.state[i] = SEARCHING
+        first_stray = np.inf
         for _ in range(2 * MAX_PASSES):
             count, first, first_stray = 0, np.inf, np.inf
             for other in range(len(boundary.corners)):
-                guess = _distance_to_triangle(wave, i, boundary.corners[other])
+                around = 2.0 * boundary.reach[other] + CONTACT
+                guess = _distance_where_closest(wave, i, boundary.corners[other], around)
                 if math.isnan(guess):
                     continue
-                verdict, t, nx, ny, nz, triangle = _crossing(i, other, guess, wave, tables, boundary)
-                if verdict == _STRAY:
-                    first_stray = min(first_stray, t)
-                elif verdict == _CROSSED:
-                    if t < first - CONTACT * 64.0:
+                for turn in range(2):
+                    verdict, t, nx, ny, nz, triangle = _crossing(
+                        i, other, 1.0 - 2.0 * turn, guess, around, wave, tables, boundary
+                    )
+                    if verdict == _NONE or not _is_over(wave, i, t, boundary.corners[triangle], around):
+                        continue
+                    if verdict == _STRAY:
+                        first_stray = min(first_stray, t)
+                        continue
+                    if t < first - WIDEST_INTERFACE:
                         count = 0  # what was found before lies behind
-                    if t < first + CONTACT * 64.0 and count < found.t.shape[1]:
+                    if t < first + WIDEST_INTERFACE and count < found.t.shape[1]:
                         _keep(found, k, count, t, nx, ny, nz, triangle)
                         count += 1
                         first = min(first, t)
@@ -211,45 +224,61 @@ def recover(rays, wave, tables, boundary, found):
                     wave.end[i, axis] = wave.position[i, axis]
 
 
-@kernel
-def _distance_to_triangle(wave, i, corners):
-    """Distance along the line of ray i to a triangle; NaN where the line misses it, or nearly lies in it."""
-    ax, ay, az = (
-        corners[0, 0] - wave.position[i, 0],
-        corners[0, 1] - wave.position[i, 1],
-        corners[0, 2] - wave.position[i, 2],
-    )
-    bx, by, bz = (
-        corners[1, 0] - wave.position[i, 0],
-        corners[1, 1] - wave.position[i, 1],
-        corners[1, 2] - wave.position[i, 2],
-    )
-    cx, cy, cz = (
-        corners[2, 0] - wave.position[i, 0],
-        corners[2, 1] - wave.position[i, 1],
-        corners[2, 2] - wave.position[i, 2],
-    )
-    dx, dy, dz = wave.direction[i, 0], wave.direction[i, 1], wave.direction[i, 2]
-    u = dx * (cy * bz - cz * by) + dy * (cz * bx - cx * bz) + dz * (cx * by - cy * bx)
-    v = dx * (ay * cz - az * cy) + dy * (az * cx - ax * cz) + dz * (ax * cy - ay * cx)
-    w = dx * (by * az - bz * ay) + dy * (bz * ax - bx * az) + dz * (bx * ay - by * ax)
-    total = u + v + w
-    slop = 2.0**-30 * abs(total)
-    is_hit = (u >= -slop and v >= -slop and w >= -slop) or (u <= slop and v <= slop and w <= slop)
-    if not is_hit or total == 0.0:
-        return np.nan
-    return (
-        u * (ax * dx + ay * dy + az * dz) + v * (bx * dx + by * dy + bz * dz) + w * (cx * dx + cy * dy + cz * dz)
-    ) / total
+@inlined_kernel
+def _distance_where_closest(wave, i, corners, around):
+    """Distance at which the line of ray i is closest to a triangle's middle; NaN if it does not come near it."""
+    middle_away, radius2 = 0.0, 0.0
+    distance = 0.0
+    for axis in range(3):
+        middle = (corners[0, axis] + corners[1, axis] + corners[2, axis]) / 3.0 - wave.position[i, axis]
+        distance += middle * wave.direction[i, axis]
+    for axis in range(3):
+        middle = (corners[0, axis] + corners[1, axis] + corners[2, axis]) / 3.0 - wave.position[i, axis]
+        middle_away += (middle - distance * wave.direction[i, axis]) ** 2
+    for corner in range(3):
+        away2 = 0.0
+        for axis in range(3):
+            middle = (corners[0, axis] + corners[1, axis] + corners[2, axis]) / 3.0
+            away2 += (corners[corner, axis] - middle) ** 2
+        radius2 = max(radius2, away2)
+    return distance if middle_away <= (math.sqrt(radius2) + around) ** 2 else np.nan
 
 
-@kernel
+@inlined_kernel
+def _is_over(wave, i, t, corners, around):
+    """Whether the point at distance t of ray i is over a triangle, within a distance of it."""
+    ax, ay, az = corners[1, 0] - corners[0, 0], corners[1, 1] - corners[0, 1], corners[1, 2] - corners[0, 2]
+    bx, by, bz = corners[2, 0] - corners[0, 0], corners[2, 1] - corners[0, 1], corners[2, 2] - corners[0, 2]
+    nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    size = math.sqrt(nx * nx + ny * ny + nz * nz)
+    if not size > 0.0:
+        return False
+    nx, ny, nz = nx / size, ny / size, nz / size
+    x, y, z = (
+        wave.position[i, 0] + t * wave.direction[i, 0],
+        wave.position[i, 1] + t * wave.direction[i, 1],
+        wave.position[i, 2] + t * wave.direction[i, 2],
+    )
+    px, py, pz = x - corners[0, 0], y - corners[0, 1], z - corners[0, 2]
+    if abs(px * nx + py * ny + pz * nz) > around:
+        return False
+    for corner in range(3):
+        start, end = corners[corner], corners[(corner + 1) % 3]
+        ex, ey, ez = end[0] - start[0], end[1] - start[1], end[2] - start[2]
+        qx, qy, qz = x - start[0], y - start[1], z - start[2]
+        beside = (ey * qz - ez * qy) * nx + (ez * qx - ex * qz) * ny + (ex * qy - ey * qx) * nz
+        if beside < -around * math.sqrt(ex * ex + ey * ey + ez * ez):
+            return False
+    return True
+
+
+@inlined_kernel
 def _keep(found, k, place, t, nx, ny, nz, triangle):
     found.t[k, place], found.triangle[k, place] = t, triangle
     found.normal[k, place, 0], found.normal[k, place, 1], found.normal[k, place, 2] = nx, ny, nz
 
 
-@kernel
+@inlined_kernel
 def _is_outside(wave, i, boundary):
     """Whether ray i is in those solids only that reach to infinity."""
     differing = np.uint64(0)
@@ -258,21 +287,21 @@ def _is_outside(wave, i, boundary):
     return differing == np.uint64(0)
 
 
-@kernel
+@inlined_kernel
 def _leave(wave, i, tables):
     distance = _distance_to_box(wave.position[i], wave.direction[i], tables.box)
     wave.state[i], wave.hit[i] = _LEFT, -1
     _end_at(wave, i, distance)
 
 
-@kernel
+@inlined_kernel
 def _end_at(wave, i, distance):
     wave.distance[i] = distance
     for axis in range(3):
         wave.end[i, axis] = wave.position[i, axis] + distance * wave.direction[i, axis]
 
 
-@kernel
+@inlined_kernel
 def _distance_to_box(p, d, box):
     """Distance along a direction to the inside of an axis-aligned box; 0 from outside."""
     distance = np.inf
@@ -282,35 +311,38 @@ def _distance_to_box(p, d, box):
     return max(distance, 0.0)
 
 
-@kernel
-def _crossing(i, triangle, guess, wave, tables, boundary):
-    """What a triangle of the bounding mesh means to ray i.
+@inlined_kernel
+def _crossing(i, triangle, way, guess, leeway, wave, tables, boundary):
+    """What crossing the face of a triangle of the bounding mesh outwards (``way`` 1) or inwards (-1) means to ray i.
+
+    A crossing that agrees with where the ray is may lie behind it by rounding, or by a ``leeway``.
 
     Returns
     -------
     verdict, distance, outward normal (3 floats), triangle of the face that is crossed
     """
-    way = 1.0 if _along(wave, i, tables.plane[triangle]) > 0.0 else -1.0
-    t, nx, ny, nz, crossed = _trimmed(i, triangle, guess, way, wave, tables, boundary)
+    solid = boundary.solid[tables.triangle_face[triangle]]
+    agrees = solid < 0 or is_in(wave.inside[i], solid) == (way > 0.0)
+    t, nx, ny, nz, crossed = _trimmed(i, triangle, guess, way, agrees, wave, tables, boundary)
     if not math.isfinite(t):
         return _NONE, t, nx, ny, nz, crossed
     height = (t - wave.passed[i]) * abs(
         nx * wave.direction[i, 0] + ny * wave.direction[i, 1] + nz * wave.direction[i, 2]
     )
     near = CONTACT + boundary.slack[crossed]
-    solid = boundary.solid[tables.triangle_face[crossed]]
     if solid < 0:
         return (_CROSSED if t > wave.passed[i] else _NONE), t, nx, ny, nz, crossed
-    if is_in(wave.inside[i], solid) == (way > 0.0):
-        return (_CROSSED if height >= -near else _NONE), max(t, wave.passed[i]), nx, ny, nz, crossed
+    if agrees:
+        return (_CROSSED if height >= -near - leeway else _NONE), max(t, wave.passed[i]), nx, ny, nz, crossed
     return (_STRAY if height > near else _NONE), t, nx, ny, nz, crossed
 
 
-@kernel
-def _trimmed(i, triangle, guess, way, wave, tables, boundary):
+@inlined_kernel
+def _trimmed(i, triangle, guess, way, agrees, wave, tables, boundary):
     """Crossing of ray i with the face of a triangle, or with the face beyond the edge where that one comes first.
 
     Along a convex edge a body is what lies behind both faces' surfaces, along a concave one what lies behind either.
+    Near an edge the bounding mesh may name the wrong one of them; NaN where the ray passes by the edge.
     """
     t, nx, ny, nz = _with_face(i, triangle, guess, way, wave, tables, boundary)
     crossed = triangle
@@ -318,18 +350,23 @@ def _trimmed(i, triangle, guess, way, wave, tables, boundary):
         other, bend = boundary.neighbour[triangle, edge], boundary.bend[triangle, edge]
         if other < 0 or bend == 0:
             continue
+        near_edge = CONTACT + 2.0 * (boundary.reach[triangle] + boundary.reach[other])
         is_missed = not math.isfinite(t)
-        if not is_missed and bend * _height(i, other, t, wave, tables, boundary) <= 0.0:
-            continue
+        if not is_missed:
+            beyond = bend * _height(i, other, t, wave, tables, boundary)
+            if not 0.0 < beyond <= near_edge:
+                continue
         s, sx, sy, sz = _with_face(i, other, guess if is_missed else t, way, wave, tables, boundary)
-        may_pass_by = math.isfinite(s) and (is_missed or bend * way < 0.0)
-        if may_pass_by and bend * _height(i, crossed, s, wave, tables, boundary) > ROUNDING:
-            s = np.nan
-        t, nx, ny, nz, crossed = s, sx, sy, sz, other
+        if math.isfinite(s):
+            past = bend * _height(i, triangle, s, wave, tables, boundary)
+            if past < -near_edge or past > (ROUNDING if is_missed or bend * way < 0.0 else near_edge):
+                s = np.nan
+        if math.isfinite(s) or not agrees or bend * way < 0.0:
+            t, nx, ny, nz, crossed = s, sx, sy, sz, other
     return t, nx, ny, nz, crossed
 
 
-@kernel
+@inlined_kernel
 def _with_face(i, triangle, guess, way, wave, tables, boundary):
     """Distance of ray i to the exact surface of a triangle's face, or to the triangle's plane, and the outward normal.
 
@@ -350,7 +387,7 @@ def _with_face(i, triangle, guess, way, wave, tables, boundary):
     return t, plane[0], plane[1], plane[2]
 
 
-@kernel
+@inlined_kernel
 def _height(i, triangle, t, wave, tables, boundary):
     """How far the point at distance t of ray i lies outside the surface of a triangle's face."""
     x, y, z = (
@@ -361,12 +398,12 @@ def _height(i, triangle, t, wave, tables, boundary):
     face = tables.triangle_face[triangle]
     surface = boundary.exact.face[face]
     if surface >= 0:
-        return boundary.exact.outward[face] * exact.height(boundary.exact, surface, x, y, z)
+        return boundary.exact.outward[face] * exact.height(boundary.exact, surface, x, y, z, triangle)
     plane = tables.plane[triangle]
     return plane[0] * x + plane[1] * y + plane[2] * z - plane[3]
 
 
-@kernel
+@inlined_kernel
 def _settle(i, k, count, found, wave, tables, boundary):
     """Let ray i arrive at the first of the crossings found at which something changes.
 
@@ -376,54 +413,69 @@ def _settle(i, k, count, found, wave, tables, boundary):
     -------
     `PENDING`, or `SEARCHING` if no crossing is left
     """
-    while True:
-        first, begins = -1, np.inf
-        for c in range(count):
-            if found.t[k, c] < begins:
-                first, begins = c, found.t[k, c]
-        if first < 0:
-            return SEARCHING
+    _sort(k, count, found)
+    first = 0
+    while first < count:
+        end = first + 1
+        while end < count and _is_member(i, k, end, first, found, wave, boundary):
+            end += 1
+        before = ruling(wave.inside[i], boundary.has_medium)
         for word in range(wave.across.shape[1]):
             wave.across[i, word] = 0
-        before = ruling(wave.inside[i], boundary.has_medium)
-        for c in range(count):
-            if _is_member(i, k, c, first, begins, found, wave, boundary):
-                solid = boundary.solid[tables.triangle_face[found.triangle[k, c]]]
-                if solid >= 0:
-                    toggle(wave.across[i], solid)
-        toggle_all(wave.inside[i], wave.across[i])
+        for c in range(first, end):
+            solid = boundary.solid[tables.triangle_face[found.triangle[k, c]]]
+            outwards = _along(wave, i, found.normal[k, c]) > 0.0
+            if solid >= 0 and is_in(wave.inside[i], solid) == outwards:
+                toggle(wave.inside[i], solid)
+                toggle(wave.across[i], solid)
         after = ruling(wave.inside[i], boundary.has_medium)
         chosen, best = -1, 1 << 30
-        for c in range(count):
-            if _is_member(i, k, c, first, begins, found, wave, boundary):
-                rank = _precedence(found.triangle[k, c], before, after, tables, boundary)
-                if 0 <= rank < best:
-                    chosen, best = c, rank
+        for c in range(first, end):
+            rank = _precedence(found.triangle[k, c], before, after, tables, boundary)
+            if 0 <= rank < best:
+                chosen, best = c, rank
         if chosen >= 0:
             toggle_all(wave.inside[i], wave.across[i])  # it is not through yet
             wave.hit[i] = found.triangle[k, chosen]
             for axis in range(3):
                 wave.normal[i, axis] = found.normal[k, chosen, axis]
             wave.beyond[i] = medium_of(after, boundary.solid_medium, tables.ambient)
-            _end_at(wave, i, begins)
+            _end_at(wave, i, found.t[k, first])
             return PENDING
-        wave.passed[i] = begins
-        for c in range(count):
-            if _is_member(i, k, c, first, begins, found, wave, boundary):
-                _note_pass(wave, i, begins, boundary.solid[tables.triangle_face[found.triangle[k, c]]])
-                found.t[k, c] = np.inf
+        wave.passed[i] = found.t[k, first]
+        for c in range(first, end):
+            solid = boundary.solid[tables.triangle_face[found.triangle[k, c]]]
+            if is_in(wave.across[i], solid):
+                toggle(wave.across[i], solid)
+                _note_pass(wave, i, found.t[k, first], solid)
+        first = end
+    return SEARCHING
 
 
-@kernel
-def _is_member(i, k, c, first, begins, found, wave, boundary):
+@inlined_kernel
+def _sort(k, count, found):
+    """Put the crossings of a ray in the order of their distances."""
+    for last in range(1, count):
+        for c in range(last, 0, -1):
+            if found.t[k, c - 1] <= found.t[k, c]:
+                break
+            found.t[k, c - 1], found.t[k, c] = found.t[k, c], found.t[k, c - 1]
+            found.triangle[k, c - 1], found.triangle[k, c] = found.triangle[k, c], found.triangle[k, c - 1]
+            for axis in range(3):
+                found.normal[k, c - 1, axis], found.normal[k, c, axis] = (
+                    found.normal[k, c, axis],
+                    found.normal[k, c - 1, axis],
+                )
+
+
+@inlined_kernel
+def _is_member(i, k, c, first, found, wave, boundary):
     """Whether a crossing belongs to the interface of the first one.
 
     Facets of faces that run alongside may be as far apart as they are off the surfaces that they stand for.
     """
-    if not math.isfinite(found.t[k, c]):
-        return False
     normal, other = found.normal[k, first], found.normal[k, c]
-    apart = (found.t[k, c] - begins) * abs(_along(wave, i, other))
+    apart = (found.t[k, c] - found.t[k, first]) * abs(_along(wave, i, other))
     if apart <= CONTACT:
         return True
     parallel = abs(normal[0] * other[0] + normal[1] * other[1] + normal[2] * other[2])
@@ -431,7 +483,7 @@ def _is_member(i, k, c, first, begins, found, wave, boundary):
     return parallel > ALONGSIDE and apart <= CONTACT + slack
 
 
-@kernel
+@inlined_kernel
 def _precedence(triangle, before, after, tables, boundary):
     """Which face of an interface acts: the least number, -1 for one that does not.
 
@@ -448,14 +500,14 @@ def _precedence(triangle, before, after, tables, boundary):
     return 1 + solid + (1 << 24) * plain
 
 
-@kernel
+@inlined_kernel
 def toggle_all(inside, across):
     """Enter the solids of a set that a ray is not in, leave those that it is in."""
     for word in range(len(inside)):
         inside[word] ^= across[word]
 
 
-@kernel
+@inlined_kernel
 def _note_pass(wave, i, t, solid):
     if wave.n_passes[i] < MAX_PASSES:
         wave.pass_t[i, wave.n_passes[i]] = t
@@ -463,7 +515,7 @@ def _note_pass(wave, i, t, solid):
         wave.n_passes[i] += 1
 
 
-@kernel
+@inlined_kernel
 def undo_passes(wave, i, distance):
     """Take back what ray i passed beyond a distance, where it is scattered before it gets there."""
     for k in range(wave.n_passes[i]):
