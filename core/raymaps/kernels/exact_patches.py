@@ -404,16 +404,16 @@ def _patch(exact, surface, u, v):
     return sheet[0] + _interval(exact, sheet[5], sheet[1], u) * sheet[2] + _interval(exact, sheet[6], sheet[2], v)
 
 
-@kernel
+@inlined_kernel
 def _interval(exact, first, n, x):
-    low, high = 0, n
-    while high - low > 1:
-        middle = (low + high) // 2
-        if x >= exact.breaks[first + middle]:
-            low = middle
-        else:
-            high = middle
-    return low
+    """Which of n intervals between breaks holds x, the outer ones what is past them; breaks are about even."""
+    begin, end = exact.breaks[first], exact.breaks[first + n]
+    k = min(max(int((x - begin) / (end - begin) * n), 0), n - 1)
+    while k > 0 and x < exact.breaks[first + k]:
+        k -= 1
+    while k < n - 1 and x >= exact.breaks[first + k + 1]:
+        k += 1
+    return k
 
 
 @inlined_kernel

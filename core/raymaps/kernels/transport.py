@@ -193,10 +193,16 @@ def recover(rays, wave, tables, boundary, found):
                 guess = _distance_where_closest(wave, i, boundary.corners[other], around)
                 if math.isnan(guess):
                     continue
+                steep = _along(wave, i, tables.plane[other])
+                if abs(steep) > STEEP_COSINE:  # it crosses the facet's plane near the exact surface, and one way only
+                    guess = -_height_above(tables.plane[other], wave.position[i]) / steep
+                    if not _is_over(wave, i, guess, boundary.corners[other], 2.0 * around / abs(steep)):
+                        continue
                 for turn in range(2):
-                    verdict, t, nx, ny, nz, triangle = _crossing(
-                        i, other, 1.0 - 2.0 * turn, guess, around, wave, tables, boundary
-                    )
+                    way = 1.0 - 2.0 * turn
+                    if way * steep < -STEEP_COSINE:
+                        continue
+                    verdict, t, nx, ny, nz, triangle = _crossing(i, other, way, guess, around, wave, tables, boundary)
                     if verdict == _NONE or not _is_over(wave, i, t, boundary.corners[triangle], around):
                         continue
                     if verdict == _STRAY:
@@ -353,6 +359,9 @@ def _trimmed(i, triangle, guess, way, agrees, wave, tables, boundary):
         near_edge = CONTACT + 2.0 * (boundary.reach[triangle] + boundary.reach[other])
         is_missed = not math.isfinite(t)
         if not is_missed:
+            plane = tables.plane[other]
+            if abs(_height_above(plane, wave.position[i]) + t * _along(wave, i, plane)) > 2.0 * near_edge:
+                continue  # it does not cross near this edge
             beyond = bend * _height(i, other, t, wave, tables, boundary)
             if not 0.0 < beyond <= near_edge:
                 continue
