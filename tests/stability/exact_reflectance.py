@@ -11,7 +11,7 @@ DIGITS = 50
 
 
 def interface(cos_i: float, n_i: float, n_t: float) -> tuple[Decimal, Decimal]:
-    """Power reflectance of two clear media for unpolarised light, and the cosine of refraction (0 if totally reflected).
+    """Power reflectance of two clear media for unpolarised light, and the cosine of refraction (0: none).
 
     M. Born, E. Wolf: Principles of Optics, 7th ed., section 1.5.2, eq. 21a, and Snell's law.
     """
@@ -30,7 +30,8 @@ def metal(cos_i: float, n_i: float, n: float, k: float) -> Decimal:
     """Power reflectance of a metal of index n + ik for unpolarised light.
 
     M. Born, E. Wolf, section 14.4.1: with (p + iq)² = (n + ik)² - n_i² sin²,
-    R_s = |n_i cos - (p + iq)|² / |n_i cos + (p + iq)|², R_p = R_s ((p - s)² + q²) / ((p + s)² + q²), s = n_i sin² / cos.
+    R_s = |n_i cos - (p + iq)|² / |n_i cos + (p + iq)|² and R_p = R_s ((p - s)² + q²) / ((p + s)² + q²), where
+    s = n_i sin² / cos.
     """
     with localcontext() as context:
         context.prec = DIGITS

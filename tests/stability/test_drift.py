@@ -91,7 +91,7 @@ def test_small_losses_of_coloured_light():
     assert gone == pytest.approx(lost * rays, abs=1)
 
 
-def test_roulette_keeps_the_mean(seed=3):
+def test_roulette_keeps_the_mean():
     """Light below the threshold: its mean after four reflections of 0.3 within five standard errors.
 
     Guards: what goes on is scaled by exactly what was thrown away.
