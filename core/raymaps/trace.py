@@ -262,7 +262,7 @@ class Tracer:
         for _ in range(MAX_SEARCHES):
             origin = np.empty((len(searching), 3), np.float32)
             direction = np.empty((len(searching), 3), np.float32)
-            transport.start(searching, wave, tables, searched, origin, direction)
+            transport.start(searching, wave, tables, boundary, searched, origin, direction)
             triangle, distance = self._intersector.find(origin, direction)
             guesses = searched[:, None] + distance
             found = _Found.allocate(len(searching), self._intersector.n_searches)

@@ -7,6 +7,7 @@ import math
 
 from raymaps.jit import kernel
 from raymaps.kernels.directions import lambertian
+from raymaps.kernels.reflectance import cos2_of_refraction
 
 __all__ = [
     "go_through",
@@ -39,8 +40,8 @@ def refraction_cosine(cos_i, n_i, n_t):
     """
     if n_i == n_t:
         return cos_i
-    sin2_t = (n_i / n_t) ** 2 * (1.0 - cos_i * cos_i)
-    return -1.0 if sin2_t >= 1.0 else math.sqrt(1.0 - sin2_t)
+    cos2_t = cos2_of_refraction(cos_i, n_i, n_t)
+    return -1.0 if cos2_t <= 0.0 else math.sqrt(cos2_t)
 
 
 @kernel

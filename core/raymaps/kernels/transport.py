@@ -16,7 +16,7 @@ import numpy as np
 from raymaps.jit import inlined_kernel, kernel
 from raymaps.kernels import exact
 from raymaps.kernels.inside import is_in, medium_of, ruling, toggle
-from raymaps.kinds import EventKind, SurfaceKind
+from raymaps.kinds import EventKind, ExactKind, SurfaceKind
 
 __all__ = [
     "CONTACT",
@@ -39,6 +39,8 @@ START_OFFSET = 2.0**-21
 CONTACT = 2.0**-21
 #: Below this cosine a ray is not moved along itself to the right side of its facet, but along the facet's normal.
 STEEP_COSINE = 0.05
+#: How far from its face a triangle may be hit, in frame units: facets may overlap by a few steps of float32.
+AT_EDGE = 2.0**-19
 #: Crossings further apart are never one interface, in frame units.
 WIDEST_INTERFACE = 2.0**-6
 #: Cosine between normals of facets that run alongside each other.
@@ -58,6 +60,7 @@ _NONE, _CROSSED, _STRAY = 0, 1, 2
 _LEFT = int(EventKind.LEFT)
 _NUMERICAL = int(EventKind.KILLED_NUMERICAL)
 _FRESNEL = int(SurfaceKind.FRESNEL)
+_PATCHES = int(ExactKind.PATCHES)
 
 
 @kernel
@@ -70,11 +73,12 @@ def begin(rays, wave):
 
 
 @kernel
-def start(rays, wave, tables, advance, origin, direction):
+def start(rays, wave, tables, boundary, advance, origin, direction):
     """Fill Embree's float32 origins and directions.
 
     A ray that stands on a triangle starts on its own side of it: where the exact surface lies on the other side of the
-    facet, past the facet along the ray. One that stands nowhere starts a little early.
+    facet, past the facet along the ray, unless another face is next to it. One that stands nowhere starts a little
+    early.
 
     Parameters
     ----------
@@ -91,14 +95,12 @@ def start(rays, wave, tables, advance, origin, direction):
             plane, side = tables.plane[triangle], wave.side[i]
             height = side * _height_above(plane, wave.position[i])
             if height < START_OFFSET:
-                shift = START_OFFSET
-                if height < 0.0:
-                    steep = side * _along(wave, i, plane)
-                    if steep > STEEP_COSINE:
-                        advance[k] = max(advance[k], -height / steep)
-                    else:
-                        shift -= height
-                shift *= side
+                bend = boundary.bend[triangle]
+                steep = side * _along(wave, i, plane)
+                if height > -START_OFFSET:
+                    shift = START_OFFSET * side
+                elif steep > STEEP_COSINE and bend[0] == 0 and bend[1] == 0 and bend[2] == 0:
+                    advance[k] = max(advance[k], -height / steep + START_OFFSET)
         elif advance[k] == 0.0:
             advance[k] = -2.0 * START_OFFSET
         for axis in range(3):
@@ -189,7 +191,7 @@ def recover(rays, wave, tables, boundary, found):
         for _ in range(2 * MAX_PASSES):
             count, first, first_stray = 0, np.inf, np.inf
             for other in range(len(boundary.corners)):
-                around = 2.0 * boundary.reach[other] + CONTACT
+                around = 2.0 * boundary.reach[other] + AT_EDGE
                 guess = _distance_where_closest(wave, i, boundary.corners[other], around)
                 if math.isnan(guess):
                     continue
@@ -329,7 +331,7 @@ def _crossing(i, triangle, way, guess, leeway, wave, tables, boundary):
     """
     solid = boundary.solid[tables.triangle_face[triangle]]
     agrees = solid < 0 or is_in(wave.inside[i], solid) == (way > 0.0)
-    t, nx, ny, nz, crossed = _trimmed(i, triangle, guess, way, agrees, wave, tables, boundary)
+    t, nx, ny, nz, crossed = _trimmed(i, triangle, guess, way, agrees, leeway, wave, tables, boundary)
     if not math.isfinite(t):
         return _NONE, t, nx, ny, nz, crossed
     height = (t - wave.passed[i]) * abs(
@@ -344,7 +346,7 @@ def _crossing(i, triangle, way, guess, leeway, wave, tables, boundary):
 
 
 @inlined_kernel
-def _trimmed(i, triangle, guess, way, agrees, wave, tables, boundary):
+def _trimmed(i, triangle, guess, way, agrees, leeway, wave, tables, boundary):
     """Crossing of ray i with the face of a triangle, or with the face beyond the edge where that one comes first.
 
     Along a convex edge a body is what lies behind both faces' surfaces, along a concave one what lies behind either.
@@ -356,23 +358,39 @@ def _trimmed(i, triangle, guess, way, agrees, wave, tables, boundary):
         other, bend = boundary.neighbour[triangle, edge], boundary.bend[triangle, edge]
         if other < 0 or bend == 0:
             continue
-        near_edge = CONTACT + 2.0 * (boundary.reach[triangle] + boundary.reach[other])
+        off_facets = AT_EDGE + leeway + 2.0 * (boundary.reach[triangle] + boundary.reach[other])
         is_missed = not math.isfinite(t)
+        beyond = 0.0
         if not is_missed:
-            plane = tables.plane[other]
-            if abs(_height_above(plane, wave.position[i]) + t * _along(wave, i, plane)) > 2.0 * near_edge:
-                continue  # it does not cross near this edge
+            near_edge = off_facets + abs(t - guess)  # so far it may be from the triangle that was hit
+            if leeway == 0.0 and _is_clear(i, other, t, 2.0 * near_edge, wave, tables, boundary):
+                continue
             beyond = bend * _height(i, other, t, wave, tables, boundary)
             if not 0.0 < beyond <= near_edge:
                 continue
         s, sx, sy, sz = _with_face(i, other, guess if is_missed else t, way, wave, tables, boundary)
         if math.isfinite(s):
             past = bend * _height(i, triangle, s, wave, tables, boundary)
-            if past < -near_edge or past > (ROUNDING if is_missed or bend * way < 0.0 else near_edge):
+            steep = abs(sx * wave.direction[i, 0] + sy * wave.direction[i, 1] + sz * wave.direction[i, 2])
+            is_far = past < -off_facets if is_missed else abs(s - t) * steep > off_facets + 2.0 * beyond
+            if is_far or ((is_missed or not agrees or bend * way < 0.0) and past > ROUNDING):
                 s = np.nan
         if math.isfinite(s) or not agrees or bend * way < 0.0:
             t, nx, ny, nz, crossed = s, sx, sy, sz, other
     return t, nx, ny, nz, crossed
+
+
+@inlined_kernel
+def _is_clear(i, triangle, t, distance, wave, tables, boundary):
+    """Whether the point at distance t of ray i is further from a triangle's plane than a distance.
+
+    Asked of B-splines only: heights over them take time, above all far from them.
+    """
+    surface = boundary.exact.face[tables.triangle_face[triangle]]
+    if surface < 0 or boundary.exact.kind[surface] != _PATCHES:
+        return False
+    plane = tables.plane[triangle]
+    return abs(_height_above(plane, wave.position[i]) + t * _along(wave, i, plane)) > distance
 
 
 @inlined_kernel
