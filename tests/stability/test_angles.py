@@ -8,9 +8,10 @@ import pytest
 
 from raymaps.kinds import EventKind
 from raymaps.results.ledger import energy_ledger
-from tests.physics.scenes import agrees, body, share_agrees, unit
+from tests.physics import scenes
+from tests.physics.scenes import agrees, body, disc, share_agrees, unit
 from tests.physics.scenes_exact import box, traced
-from tests.stability.aiming import aimed, clear, lost, rotation
+from tests.stability.aiming import aimed, clear, lost, rotation, some_directions
 from tests.stability.exact_reflectance import interface
 
 HALF = 50.0
@@ -90,7 +91,7 @@ def test_at_the_critical_angle(tmp_path, off):
 def test_exactly_head_on(tmp_path, index):
     """Light along the normal, along axes and not, goes straight on and straight back.
 
-    Guards: the cosine is cut at 1, and directions are brought to length 1: the root of 1 - cos² can't be NaN.
+    Guards: cos² of refraction is at most 1, and no angle or root of a number beyond is taken.
     """
     for name, turn in (("straight", np.eye(3)), ("turned", rotation()), ("once more", rotation(2.1, (3, -1, 0.2)))):
         folder = tmp_path / name
@@ -103,6 +104,35 @@ def test_exactly_head_on(tmp_path, index):
         assert np.abs(off).max() <= 2 * h.raymap.manifest.grid_mm
         r = ((index - 1) / (index + 1)) ** 2
         share_agrees("reflected", (h.kind[h.first + 1] == EventKind.FRESNEL_REFLECTION).sum(), h.n_rays, r)
+
+
+def test_head_on_by_a_table_over_the_angle(tmp_path):
+    """A coating that reflects nothing head-on and all at grazing incidence, in forty orientations: nothing.
+
+    Guards: the cosine of incidence is cut at 1. By rounding it is 1 + 1e-16 for every third normal, whose angle is no
+    number, and the table would be read at its other end.
+    """
+    table = {"angle_deg": [0.0, 90.0], "value": [[0.0], [1.0]]}
+    coating = {"kind": "coefficients", "specular_reflectance": table, "specular_transmittance": 0.0}
+    for k, normal in enumerate(some_directions(40, seed=4)[26:]):
+        shape = disc(5.0, 6)
+        turn = align(normal)
+        h = scenes.traced(
+            tmp_path,
+            {"Plate": body(shape._replace(vertices=shape.vertices @ turn.T), "coated")},
+            rays=20,
+            name=f"plate{k}",
+            surfaces={"coated": {**coating, "diffuse_reflectance": 0.0, "diffuse_transmittance": 0.0}},
+            sources={"S": aimed(tmp_path, f"rays{k}", [10 * turn[:, 2]], [-turn[:, 2]])},
+        )
+        assert h.count_kind(EventKind.ABSORPTION) == h.n_rays, normal
+
+
+def align(normal):
+    """A turn of the z axis onto a direction, (3, 3)."""
+    x = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
+    x /= np.linalg.norm(x)
+    return np.stack([x, np.cross(normal, x), normal], axis=1)
 
 
 # ---------------------------------------------------------------------------------------------------------------------

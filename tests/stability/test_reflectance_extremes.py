@@ -39,6 +39,9 @@ def test_hardly_any_interface(ratio):
     of_r, of_t = off_by(1.5, 1.5 * ratio)
     assert of_r.max() < 1e-9
     assert of_t.max() < 1e-9
+    for c in COSINES:
+        exact = float(interface(c, 1.5, 1.5 * ratio)[1])
+        assert refraction_cosine(c, 1.5, 1.5 * ratio) == pytest.approx(exact or -1.0, abs=1e-9)
 
 
 def test_equal_indices_reflect_nothing_and_bend_nothing():
