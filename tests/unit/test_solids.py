@@ -175,6 +175,13 @@ def test_no_bodies():
     assert solids_at(scene_of([], {}), (), np.zeros((2, 3))).tolist() == [[0], [0]]
 
 
+def test_a_point_on_a_face_an_edge_or_a_corner_is_before_it():
+    """The winding number is a half there, or a quarter, an eighth, seven eighths in a notch."""
+    room = [box("A", 0, 2)]
+    points = np.array([[1, 0.2, 0.3], [1, 1, 0.1], [1, 1, 1], [0.999999, 0.2, 0.3]])
+    assert solids_at(scene_of(room, {}), tuple(room), points).reshape(-1).tolist() == [0, 0, 0, 1]
+
+
 # ------------------------------------------------------------------------------------------------- media at points
 
 

@@ -56,7 +56,7 @@ def solids_at(scene: Scene, meshes: tuple[BodyMesh, ...], points_mm: NDArray[np.
     Parameters
     ----------
     points_mm : (n_points, 3) float64
-        Points on a face are half inside; put them slightly off it.
+        Points on a face count as before it.
 
     Returns
     -------
@@ -76,7 +76,7 @@ def solids_at(scene: Scene, meshes: tuple[BodyMesh, ...], points_mm: NDArray[np.
             found = np.empty(len(near))
             winding_numbers(np.ascontiguousarray(meshes[i].corners_mm), points_mm[near], found)
             winding[near] = found
-        behind = winding > (-0.5 if reaches_far(scene, meshes, i) else 0.5)
+        behind = winding > (-0.1 if reaches_far(scene, meshes, i) else 0.9)  # on a face light starts before it
         bits[behind, rank // WORD] |= np.uint64(1 << rank % WORD)
     return bits
 
