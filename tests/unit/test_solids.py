@@ -626,3 +626,10 @@ def test_open_turned_and_inside_out_bodies():
     assert "do not agree" in text
     assert "left" in text
     assert "right" not in text
+
+
+def test_the_tracer_has_the_same_contact_distance():
+    """Kernels import nothing of the scene's side, so it stands in both."""
+    from raymaps.kernels import transport
+
+    assert transport.CONTACT == CONTACT
