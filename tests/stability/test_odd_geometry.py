@@ -154,7 +154,8 @@ def test_inverted_and_open_shells(tmp_path):
 
 def test_detectors_in_surfaces_and_in_each_other(tmp_path):
     """Detectors in the faces of a plate, several in one place, turned round, and half beside it: each counts each
-    passing ray once, whatever lies beside it. All stands askew, so that places on a plane are off it by rounding.
+    passing ray once, whatever lies beside it; so do those in a mirror. All stands askew, so that places on a plane are
+    off it by rounding.
 
     Guards: a segment that starts in a detector's plane does not cross it (`ON_PLANE`); those that end there do.
     """
@@ -173,11 +174,26 @@ def test_detectors_in_surfaces_and_in_each_other(tmp_path):
         "Half over": detector((4, 0, 1)),
         "Tilted": detector((0, 0, 1), (0.3, 0, 1)),
     }
+    beam = {"S": disc_source(turn @ [0, 0, 10], turn @ [0, 0, -1], 3)}
+    plate = box((-5, -5, 0), (5, 5, 2)).turned(0.7, (1, 2, 3))
+    mirror = {"mirror": {"kind": "mirror", "reflectance": 1.0}}
     h = traced(
         tmp_path,
-        {"Plate": body(box((-5, -5, 0), (5, 5, 2)).turned(0.7, (1, 2, 3)), "polished", "glass")},
+        {"Plate": body(plate, "mirror")},
+        rays=2_000,
+        name="mirror",
+        sources=beam,
+        surfaces=mirror,
+        detectors={name: detectors[name] for name in ("Top", "Top again", "Top turned")},
+    )
+    for name in ("Top", "Top again", "Top turned"):
+        assert (np.bincount(h.crossing_ray[h.through(name)], minlength=h.n_rays) == 1).all(), name
+
+    h = traced(
+        tmp_path,
+        {"Plate": body(plate, "polished", "glass")},
         rays=5_000,
-        sources={"S": disc_source(turn @ [0, 0, 10], turn @ [0, 0, -1], 3)},
+        sources=beam,
         detectors=detectors,
         **clear(1.0),
     )

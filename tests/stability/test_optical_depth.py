@@ -145,4 +145,4 @@ def test_moments_of_the_phase_function(g):
     if g > 0.99:
         d = 0.5 * (1 - g) + 0.5 * (1 + g)
         below = 2 * ((1 - g) / d) ** 2 * 0.5 * (0.5 + 0.5 * (1 + g))
-        assert half[1] == pytest.approx(math.sqrt(below * (2 - below)), rel=1e-12)
+        assert half[1] == pytest.approx(math.sqrt(below * (2 - below)), rel=1e-14, abs=0)

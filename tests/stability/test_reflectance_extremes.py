@@ -49,7 +49,7 @@ def test_equal_indices_reflect_nothing_and_bend_nothing():
     for c in COSINES:
         share, cos_t = reflectance.of_clear_medium(c, 1.5, 1.5)
         assert share < 2.0**-33  # the least number that is drawn
-        assert cos_t == pytest.approx(c, rel=4 * EPS)
+        assert cos_t == pytest.approx(c, rel=4 * EPS, abs=0)
         assert refraction_cosine(c, 1.5, 1.5) == c
 
 
@@ -62,7 +62,9 @@ def test_grazing_and_head_on(n_i, n_t):
     of_r, _ = off_by(n_i, n_t)
     far = np.array([abs(1 - (n_i / n_t) ** 2 * (1 - c * c)) > 0.01 for c in COSINES])
     assert of_r[far].max() < 1e-13
-    assert reflectance.of_clear_medium(1.0, n_i, n_t)[0] == pytest.approx(((n_t - n_i) / (n_t + n_i)) ** 2, rel=1e-15)
+    assert reflectance.of_clear_medium(1.0, n_i, n_t)[0] == pytest.approx(
+        ((n_t - n_i) / (n_t + n_i)) ** 2, rel=2e-15, abs=0
+    )
     assert reflectance.of_clear_medium(0.0, n_i, n_t)[0] == 1.0
 
 

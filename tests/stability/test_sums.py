@@ -70,11 +70,11 @@ def test_a_hundred_million_samples_of_a_detector(value):
         add_rays(ray, row, np.zeros(0, np.int64), light, source, sums, rounded)
     exact = float(Fraction(power) * n * times)
     squares = float(Fraction(power) ** 2 * n * times)
-    assert sums.total[0] == pytest.approx(exact, rel=3e-16)
-    assert sums.squares[0] == pytest.approx(squares, rel=3e-16)
+    assert sums.total[0] == pytest.approx(exact, rel=3e-16, abs=0)
+    assert sums.squares[0] == pytest.approx(squares, rel=3e-16, abs=0)
     flux, stderr = estimate_flux([1.0], [n * times], sums.total, sums.squares)
-    assert flux == pytest.approx(power, rel=1e-15)
-    assert stderr == pytest.approx(power / (n * times), rel=1e-6)
+    assert flux == pytest.approx(power, rel=1e-15, abs=0)
+    assert stderr == pytest.approx(power / (n * times), rel=1e-6, abs=0)
 
 
 def test_a_portion_adds_up_float32_without_loss():
@@ -92,7 +92,7 @@ def test_a_portion_adds_up_float32_without_loss():
     exact = float(
         sum(Fraction(float(p)) * int(c) for p, c in zip(power, np.bincount(light[::2], minlength=1_000), strict=True))
     )
-    assert sums[0, 1] == pytest.approx(exact, rel=1e-12)
+    assert sums[0, 1] == pytest.approx(exact, rel=1e-12, abs=0)
 
 
 @pytest.fixture(scope="module")
@@ -129,8 +129,8 @@ def test_threads_and_portions_change_no_digit(figures):
     for other, map_ in others:
         for name in ("emitted_w", "absorbed_w", "escaped_w", "killed_w"):
             assert getattr(other, name) == pytest.approx(getattr(ledger, name), rel=1e-13, abs=1e-300)
-        assert other.absorbed_by_body_w == pytest.approx(ledger.absorbed_by_body_w, rel=1e-13)
+        assert other.absorbed_by_body_w == pytest.approx(ledger.absorbed_by_body_w, rel=1e-13, abs=0)
         ours, theirs = map_.flux_w, detector.flux_w
         assert format_with_error(ours.value, ours.stderr) == format_with_error(theirs.value, theirs.stderr)
-        assert ours.value == pytest.approx(theirs.value, rel=1e-14)
+        assert ours.value == pytest.approx(theirs.value, rel=1e-14, abs=0)
         assert np.allclose(map_.cell_flux_w, detector.cell_flux_w, rtol=1e-13, atol=0)
