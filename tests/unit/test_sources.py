@@ -123,7 +123,7 @@ def test_emitters_stand_in_the_scenes_order_and_frame(tmp_path):
 
 def test_faces_emit_by_area_and_never_from_degenerate_triangles(tmp_path):
     compiled = compile_scene(load_scene(write_scene(tmp_path, workshop(tmp_path))))
-    _, triangles, cumulated, corners = emitters(compiled)[0].arguments
+    _, _, triangles, cumulated, corners = emitters(compiled)[0].arguments
     top = [i for i, (b, f) in enumerate(compiled.names.faces) if (compiled.names.bodies[b], f) == ("Chip", "top")]
     assert set(compiled.tables.triangle_face[triangles]) == set(top)
     assert cumulated.tolist() == [0.5, 1.0]
