@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.boundary import LoweredBoundary
-from raymaps.kernels.transport import CONTACT
+from raymaps.kernels.crossing import CONTACT
 
 __all__ = ["Intersector"]
 

@@ -22,17 +22,18 @@ from raymaps.effects import EFFECTS
 from raymaps.effects.crossings import CROSSING
 from raymaps.intersect import Intersector
 from raymaps.kernels import record, smooth, transport
+from raymaps.kernels.interface import MAX_PASSES
 from raymaps.kinds import ENDINGS, EventKind, SurfaceKind
 from raymaps.scene import RectangleDetector
 from raymaps.sources import emitters, quantised, source_of_rays
 from raymaps.traced import TracedPortion
 
-__all__ = ["RunKey", "Tracer", "Wave"]
+__all__ = ["Found", "RunKey", "Tracer", "Wave"]
 
 #: How often a search may be taken up again behind a hit that is no crossing.
 MAX_SEARCHES = 16
-#: Crossings of one interface that are told apart where a ray is doubtful.
-MAX_MEMBERS = 16
+#: Triangles that are looked at for a ray that is decided slowly.
+MAX_PROPOSED = 128
 
 
 class Wave(NamedTuple):
@@ -67,7 +68,7 @@ class Wave(NamedTuple):
     def allocate(cls, n_rays: int, n_bands: int, n_words: int = 1) -> Wave:
         """A wave of rays in no particular state."""
         three, none = np.zeros((n_rays, 3)), np.full(n_rays, -1, np.int32)
-        solids, passes = np.zeros((n_rays, n_words), np.uint64), (n_rays, transport.MAX_PASSES)
+        solids, passes = np.zeros((n_rays, n_words), np.uint64), (n_rays, MAX_PASSES)
         return cls(
             position=three, direction=three.copy(), end=three.copy(), distance=np.zeros(n_rays),
             light=np.zeros((n_rays, n_bands), np.float32), wavelength_nm=np.zeros(n_rays),
@@ -81,7 +82,7 @@ class Wave(NamedTuple):
         )  # fmt: skip
 
 
-class _Found(NamedTuple):
+class Found(NamedTuple):
     """Crossings of each ray between which a search decides."""
 
     t: NDArray[np.float64]  # (n, n_places) distances
@@ -89,7 +90,8 @@ class _Found(NamedTuple):
     normal: NDArray[np.float64]  # (n, n_places, 3) outward
 
     @classmethod
-    def allocate(cls, n: int, n_places: int) -> _Found:
+    def allocate(cls, n: int, n_places: int) -> Found:
+        """Places for n rays, with nothing in particular in them."""
         return cls(np.empty((n, n_places)), np.empty((n, n_places), np.int32), np.empty((n, n_places, 3)))
 
 
@@ -264,18 +266,36 @@ class Tracer:
             direction = np.empty((len(searching), 3), np.float32)
             transport.start(searching, wave, tables, boundary, searched, origin, direction)
             triangle, distance = self._intersector.find(origin, direction)
-            guesses = searched[:, None] + distance
-            found = _Found.allocate(len(searching), self._intersector.n_searches)
-            if not transport.locate(searching, wave, tables, boundary, searched, triangle, guesses, found):
+            found, ways = Found.allocate(*triangle.shape), np.zeros(triangle.shape, np.int8)
+            if not transport.locate(
+                searching, wave, tables, boundary, searched, triangle, ways, searched[:, None] + distance, found, False
+            ):
                 break
             again = wave.state[searching] == transport.SEARCHING
             searching, searched = searching[again], searched[again]
-        in_doubt = active[wave.state[active] >= transport.DOUBTFUL]
-        in_doubt = in_doubt[wave.state[in_doubt] != transport.PENDING]
-        if len(in_doubt):
-            transport.recover(in_doubt, wave, tables, boundary, _Found.allocate(len(in_doubt), MAX_MEMBERS))
+        self._decide_slowly(active[np.isin(wave.state[active], (transport.SEARCHING, transport.DOUBTFUL))], wave)
         if self._smooths:
             smooth.turn_normals(active, wave, tables, self.compiled.boundary.smooth)
+
+    def _decide_slowly(self, rays: NDArray[np.int32], wave: Wave) -> None:
+        """Decide the few rays that cross a body where its bounding mesh does not, in float64 over all faces: next to
+        edges that float32 can't tell from the ray's start, or between an exact surface and its facets.
+        """
+        if not len(rays):
+            return
+        tables, boundary = self.compiled.tables, self.compiled.boundary.tables
+        shape = len(rays), MAX_PROPOSED
+        hits, ways, guesses = np.empty(shape, np.int32), np.empty(shape, np.int8), np.empty(shape)
+        transport.propose(rays, wave, tables, boundary, hits, ways, guesses)
+        for _ in range(MAX_SEARCHES):
+            found, searched = Found.allocate(*hits.shape), np.zeros(len(rays))
+            transport.locate(rays, wave, tables, boundary, searched, hits, ways, guesses, found, True)
+            again = wave.state[rays] == transport.SEARCHING  # past surfaces that change nothing
+            transport.lose(rays[wave.state[rays] == transport.DOUBTFUL], wave)
+            rays, hits, ways, guesses = rays[again], hits[again], ways[again], guesses[again]
+            if not len(rays):
+                return
+        transport.lose(rays, wave)
 
 
 class _EventLog:

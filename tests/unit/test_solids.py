@@ -630,6 +630,6 @@ def test_open_turned_and_inside_out_bodies():
 
 def test_the_tracer_has_the_same_contact_distance():
     """Kernels import nothing of the scene's side, so it stands in both."""
-    from raymaps.kernels import transport
+    from raymaps.kernels import crossing
 
-    assert transport.CONTACT == CONTACT
+    assert crossing.CONTACT == CONTACT

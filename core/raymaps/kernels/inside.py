@@ -7,7 +7,7 @@ import numpy as np
 
 from raymaps.jit import inlined_kernel
 
-__all__ = ["is_in", "medium_of", "ruling", "toggle"]
+__all__ = ["is_in", "medium_of", "ruling", "toggle", "toggle_all"]
 
 _ONE = np.uint64(1)
 
@@ -22,6 +22,13 @@ def is_in(inside, solid):
 def toggle(inside, solid):
     """Take a solid into a set, or out of it."""
     inside[solid >> 6] ^= _ONE << np.uint64(solid & 63)
+
+
+@inlined_kernel
+def toggle_all(inside, across):
+    """Enter the solids of a set that a ray is not in, leave those that it is in."""
+    for word in range(len(inside)):
+        inside[word] ^= across[word]
 
 
 @inlined_kernel

@@ -9,9 +9,9 @@ import numpy as np
 
 from raymaps.jit import allocating_kernel, kernel
 from raymaps.kernels.directions import around
+from raymaps.kernels.interface import undo_passes
 from raymaps.kernels.phase import henyey_greenstein, tabulated
 from raymaps.kernels.random import SCATTER_DIRECTION, SCATTER_PLACE, uniforms
-from raymaps.kernels.transport import undo_passes
 from raymaps.kinds import EventKind
 
 __all__ = ["run", "scatter"]

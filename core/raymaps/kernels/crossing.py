@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Where a ray crosses the face that a triangle of the bounding mesh belongs to, and what that means to it.
+
+The crossing is that with the face's exact surface, or with the triangle's plane; next to an edge the surface beyond it
+decides which of the two faces is crossed. A ray knows the solids that it is in: a crossing that does not agree with
+them (into a solid that it is in already) is one where the ray stands, or shows that a crossing was missed.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from raymaps.jit import inlined_kernel, kernel
+from raymaps.kernels import exact
+from raymaps.kernels.inside import is_in
+from raymaps.kinds import ExactKind
+
+__all__ = [
+    "AT_EDGE",
+    "CONTACT",
+    "CROSSED",
+    "NONE",
+    "STRAY",
+    "along",
+    "crossing",
+    "height_above",
+    "is_over",
+    "with_face",
+]
+
+#: Crossings closer than this along the normal are one interface, in frame units; `raymaps.solids` has the same.
+CONTACT = 2.0**-21
+#: How far from its face a triangle may be hit, in frame units: facets may overlap by a few steps of float32.
+AT_EDGE = 2.0**-19
+#: How far beyond a neighbouring face a point may lie by rounding, in frame units: where a ray leaves, and, less so that
+#: what came in also gets out, where it enters.
+ROUNDING = 2.0**-40
+ROUNDING_INWARDS = 2.0**-48
+
+#: What a triangle means to a ray: no crossing, or one where it stands; a crossing; one that does not agree.
+NONE, CROSSED, STRAY = 0, 1, 2
+
+_PATCHES = int(ExactKind.PATCHES)
+
+
+@inlined_kernel
+def height_above(plane, point):
+    """Distance of a point from a triangle's plane, negative behind it."""
+    return plane[0] * point[0] + plane[1] * point[1] + plane[2] * point[2] - plane[3]
+
+
+@inlined_kernel
+def along(wave, i, normal):
+    """Cosine between the way of ray i and a normal."""
+    return wave.direction[i, 0] * normal[0] + wave.direction[i, 1] * normal[1] + wave.direction[i, 2] * normal[2]
+
+
+@inlined_kernel
+def crossing(i, triangle, way, guess, leeway, wave, tables, boundary):
+    """What crossing the face of a triangle of the bounding mesh outwards (``way`` 1) or inwards (-1) means to ray i.
+
+    A crossing that agrees with where the ray is may lie behind it by rounding, or by a ``leeway``.
+
+    Returns
+    -------
+    verdict, distance, outward normal (3 floats), triangle of the face that is crossed
+    """
+    solid = boundary.solid[tables.triangle_face[triangle]]
+    agrees = solid < 0 or is_in(wave.inside[i], solid) == (way > 0)
+    t, nx, ny, nz, crossed = _trimmed(i, triangle, guess, way, agrees, leeway, wave, tables, boundary)
+    if not math.isfinite(t):
+        return NONE, t, nx, ny, nz, crossed
+    height = (t - wave.passed[i]) * abs(
+        nx * wave.direction[i, 0] + ny * wave.direction[i, 1] + nz * wave.direction[i, 2]
+    )
+    near = CONTACT + boundary.slack[crossed]
+    if solid < 0:
+        return (CROSSED if t > wave.passed[i] else NONE), t, nx, ny, nz, crossed
+    if agrees:
+        return (CROSSED if height >= -near - leeway else NONE), max(t, wave.passed[i]), nx, ny, nz, crossed
+    return (STRAY if height > near else NONE), t, nx, ny, nz, crossed
+
+
+@inlined_kernel
+def _trimmed(i, triangle, guess, way, agrees, leeway, wave, tables, boundary):
+    """Crossing of ray i with the face of a triangle, or with the face beyond the edge where that one comes first.
+
+    Along a convex edge a body is what lies behind both faces' surfaces, along a concave one what lies behind either.
+    Near an edge the bounding mesh may name the wrong one of them; NaN where the ray passes by the edge.
+    """
+    t, nx, ny, nz = with_face(i, triangle, guess, way, wave, tables, boundary)
+    crossed = triangle
+    room = 0.0 if not agrees else (ROUNDING if way > 0 else ROUNDING_INWARDS)
+    for edge in range(boundary.neighbour.shape[1]):
+        other, bend = boundary.neighbour[triangle, edge], boundary.bend[triangle, edge]
+        if other < 0 or bend == 0:
+            continue
+        off_facets = AT_EDGE + leeway + 2.0 * (boundary.reach[triangle] + boundary.reach[other])
+        is_missed = not math.isfinite(t)
+        beyond = 0.0
+        if not is_missed:
+            near_edge = off_facets + abs(t - guess)  # so far it may be from the triangle that was hit
+            if leeway == 0.0 and _is_clear(i, other, t, 2.0 * near_edge, wave, tables, boundary):
+                continue
+            beyond = bend * _height(i, other, t, wave, tables, boundary)
+            if not room < beyond <= near_edge:
+                continue
+        s, sx, sy, sz = with_face(i, other, guess if is_missed else t, way, wave, tables, boundary)
+        if math.isfinite(s):
+            past = bend * _height(i, triangle, s, wave, tables, boundary)
+            steep = abs(sx * wave.direction[i, 0] + sy * wave.direction[i, 1] + sz * wave.direction[i, 2])
+            is_far = past < -off_facets if is_missed else abs(s - t) * steep > off_facets + 2.0 * beyond
+            if is_far or ((is_missed or not agrees or bend * way < 0) and past > ROUNDING):
+                s = np.nan
+        if math.isfinite(s) or not agrees or bend * way < 0:
+            t, nx, ny, nz, crossed = s, sx, sy, sz, other
+    return t, nx, ny, nz, crossed
+
+
+@inlined_kernel
+def _is_clear(i, triangle, t, distance, wave, tables, boundary):
+    """Whether the point at distance t of ray i is further from a triangle's plane than a distance.
+
+    Asked of B-splines only: heights over them take time, above all far from them.
+    """
+    surface = boundary.exact.face[tables.triangle_face[triangle]]
+    if surface < 0 or boundary.exact.kind[surface] != _PATCHES:
+        return False
+    plane = tables.plane[triangle]
+    return abs(height_above(plane, wave.position[i]) + t * along(wave, i, plane)) > distance
+
+
+@inlined_kernel
+def with_face(i, triangle, guess, way, wave, tables, boundary):
+    """Distance of ray i to the exact surface of a triangle's face, or to the triangle's plane, and the outward normal.
+
+    NaN if it is not crossed outwards (``way`` 1) or inwards (-1), or if the ray stands on it.
+    """
+    plane, face, standing = tables.plane[triangle], tables.triangle_face[triangle], wave.triangle[i]
+    p, d = wave.position[i], wave.direction[i]
+    surface = boundary.exact.face[face]
+    if surface >= 0:
+        outward = boundary.exact.outward[face]
+        stands_on = standing >= 0 and boundary.exact.face[tables.triangle_face[standing]] == surface
+        t, nx, ny, nz = exact.meet(
+            boundary.exact, surface, triangle, guess, way * outward, stands_on, p[0], p[1], p[2], d[0], d[1], d[2]
+        )
+        return t, outward * nx, outward * ny, outward * nz
+    steep = along(wave, i, plane)
+    t = -height_above(plane, p) / steep if steep * way > 0 and triangle != standing else np.nan
+    return t, plane[0], plane[1], plane[2]
+
+
+@inlined_kernel
+def _height(i, triangle, t, wave, tables, boundary):
+    """How far the point at distance t of ray i lies outside the surface of a triangle's face."""
+    x, y, z = (
+        wave.position[i, 0] + t * wave.direction[i, 0],
+        wave.position[i, 1] + t * wave.direction[i, 1],
+        wave.position[i, 2] + t * wave.direction[i, 2],
+    )
+    face = tables.triangle_face[triangle]
+    surface = boundary.exact.face[face]
+    if surface >= 0:
+        return boundary.exact.outward[face] * exact.height(boundary.exact, surface, x, y, z, triangle)
+    plane = tables.plane[triangle]
+    return plane[0] * x + plane[1] * y + plane[2] * z - plane[3]
+
+
+@kernel
+def is_over(x, y, z, corners, distance):
+    """Whether a point is over a triangle, (3 corners, 3), to within a distance beside and above it."""
+    ax, ay, az = corners[1, 0] - corners[0, 0], corners[1, 1] - corners[0, 1], corners[1, 2] - corners[0, 2]
+    bx, by, bz = corners[2, 0] - corners[0, 0], corners[2, 1] - corners[0, 1], corners[2, 2] - corners[0, 2]
+    nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    size = math.sqrt(nx * nx + ny * ny + nz * nz)
+    if not size > 0.0:
+        return False
+    nx, ny, nz = nx / size, ny / size, nz / size
+    if abs((x - corners[0, 0]) * nx + (y - corners[0, 1]) * ny + (z - corners[0, 2]) * nz) > distance:
+        return False
+    for corner in range(3):
+        start, end = corners[corner], corners[(corner + 1) % 3]
+        ex, ey, ez = end[0] - start[0], end[1] - start[1], end[2] - start[2]
+        qx, qy, qz = x - start[0], y - start[1], z - start[2]
+        beside = (ey * qz - ez * qy) * nx + (ez * qx - ex * qz) * ny + (ex * qy - ey * qx) * nz
+        if beside < -distance * math.sqrt(ex * ex + ey * ey + ez * ez):
+            return False
+    return True
