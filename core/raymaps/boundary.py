@@ -27,8 +27,8 @@ class Boundary(NamedTuple):
     corners: NDArray[np.float64]  # (n_triangles, 3 corners, 3) of the bounding mesh
     reach: NDArray[np.float64]  # (n_triangles,) how far the exact surface may lie from the facet
     slack: NDArray[np.float64]  # (n_triangles,) how far a facet without one may be off the surface that it stands for
-    neighbour: NDArray[np.int32]  # (n_triangles, 3) triangle of another face of the body beyond a border, -1 none
-    bend: NDArray[np.int8]  # (n_triangles, 3) edge between them: 1 convex, -1 concave, 0 smooth
+    neighbour: NDArray[np.int32]  # (n_triangles, 4) triangles of other faces of the body next to it, -1 none
+    bend: NDArray[np.int8]  # (n_triangles, 4) edge between them: 1 convex, -1 concave, 0 smooth
     exact: ExactTables
     solid: NDArray[np.int32]  # (n_faces,) solid that the face bounds, -1 none
     solid_medium: NDArray[np.int16]  # (n_solids,) medium of each solid, -1 none
@@ -92,7 +92,7 @@ def lower_boundary(scene: Scene, meshes: tuple[BodyMesh, ...], names: Names, fra
         _planes(corners),
         solids.close,
         solids.layer,
-        _smooth_facets(scene, meshes, corners),
+        _smooth_facets(scene, meshes, corners, exact.face >= 0),
         found.fallbacks,
     )
 
@@ -111,17 +111,22 @@ def _bits(chosen: NDArray[np.bool_], n_words: int) -> NDArray[np.uint64]:
     return bits
 
 
-def _smooth_facets(scene: Scene, meshes: tuple[BodyMesh, ...], corners: NDArray[np.float64]) -> SmoothFacets:
+def _smooth_facets(
+    scene: Scene, meshes: tuple[BodyMesh, ...], corners: NDArray[np.float64], is_exact: NDArray[np.bool_]
+) -> SmoothFacets:
+    """Facets whose normals are estimated where that is asked for; faces (n_faces,) with an exact surface need none."""
     row = np.full(len(corners), -1, np.int32)
-    normals, first, n_rows = [np.zeros((0, 3, 3))], 0, 0
+    normals, first, first_face, n_rows = [np.zeros((0, 3, 3))], 0, 0, 0
     for mesh, body in zip(meshes, scene.bodies.values(), strict=True):
         if body.geometry.smooth_faces:
             from raymaps.exact.smooth import smooth_normals
 
             faces = mesh.face_indices(body.geometry.smooth_faces, f"Body '{mesh.name}', smooth_faces")
-            smooth = np.flatnonzero(np.isin(mesh.triangle_face, faces) & ~mesh.degenerate)
+            chosen = np.isin(mesh.triangle_face, faces) & ~is_exact[first_face + mesh.triangle_face]
+            smooth = np.flatnonzero(chosen & ~mesh.degenerate)
             row[first + smooth] = np.arange(n_rows, n_rows + len(smooth))
             normals.append(smooth_normals(mesh, faces)[smooth])
             n_rows += len(smooth)
         first += len(mesh.triangles)
+        first_face += len(mesh.face_names)
     return SmoothFacets(row, np.ascontiguousarray(corners[row >= 0]), np.concatenate(normals))

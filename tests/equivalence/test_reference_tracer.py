@@ -12,7 +12,8 @@ from raymaps.kernels import directions, medium_absorption, reflectance
 from raymaps.kernels.random import IN_MEDIUM, uniforms
 from raymaps.kinds import EventKind
 from raymaps.scene import load_scene
-from raymaps.trace import RunKey, Tracer, Wave
+from raymaps.trace import Tracer
+from raymaps.wave import RunKey, Wave
 from tests.equivalence.reference_tracer import ReferenceTracer
 from tests.equivalence.scenes import RANKED, SOURCE_SOLIDS, everything
 

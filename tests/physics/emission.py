@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from raymaps.compile import compile_scene
 from raymaps.scene import load_scene
 from raymaps.sources import emitters, quantised
-from raymaps.trace import RunKey, Wave
+from raymaps.wave import RunKey, Wave
 from tests.physics.scenes import chi_square_agrees, unit, write_scene
 
 

@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.geometry import BodyMesh, write_ply
-from raymaps.trace import Tracer, Wave
+from raymaps.trace import Tracer
+from raymaps.wave import Wave
 from tests.physics.sequential import LensFace
 
 Float = NDArray[np.float64]

@@ -18,7 +18,7 @@ from raymaps.kinds import SurfaceKind
 from raymaps.materials import VACUUM
 from raymaps.names import Names
 from raymaps.scene import Scene
-from raymaps.trace import RunKey, Wave
+from raymaps.wave import RunKey, Wave
 from tests.kernel_types import tables
 
 #: Plane of the surface: no axis of the scene lies in it.

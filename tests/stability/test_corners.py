@@ -8,31 +8,14 @@ from tests.physics.scenes import body
 from tests.physics.scenes_exact import traced
 from tests.stability.aiming import aimed, clear, lost, rotation, some_directions, towards
 from tests.stability.test_aimed import SHAPES, passed_straight, placed, targets_of
-from tests.stability.test_aimed import test_from_inside_at_edges as from_inside
-from tests.stability.test_aimed import test_tangent_to_a_cylinder as tangent
-
-pytestmark = pytest.mark.xfail(
-    reason="rays aimed at corners, and at edges to the last bit, may be killed: see docs/roadmap.md", strict=False
-)
-
-
-def test_from_inside_a_cone(tmp_path):
-    """Guards: see there."""
-    from_inside(tmp_path, "cone", True)
-
-
-@pytest.mark.parametrize("off", [0.0, 1e-16, -1e-16])
-def test_tangent_to_the_last_bit(tmp_path, off):
-    """Guards: see there."""
-    tangent(tmp_path, off)
 
 
 @pytest.mark.parametrize("turned", [False, True], ids=["straight", "turned"])
 @pytest.mark.parametrize("exact", [True, False], ids=["exact", "faceted"])
 @pytest.mark.parametrize("name", SHAPES)
 def test_rays_at_vertices_edges_and_seams_go_through(tmp_path, name, exact, turned):
-    """Guards: the slow search in float64 over all triangles where Embree's hits do not agree with the solids that a ray
-    is in (`recover`); trimming at borders between faces (`Borders`).
+    """Guards: the search in float64 over all faces where Embree's hits do not agree with the solids that a ray is in
+    (`SlowSearch`), its last resort (`kernels.membership`); trimming at borders between faces (`Borders`).
     """
     shape = placed(name, exact, rotation() if turned else np.eye(3))
     origins, directions = towards(targets_of(shape), some_directions(60), 20.0)

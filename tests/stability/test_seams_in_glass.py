@@ -9,10 +9,6 @@ from tests.physics.scenes import Shape, body, box, traced
 from tests.stability.aiming import aimed, clear, lost, seams, some_directions, towards
 from tests.stability.test_odd_geometry import with_slivers
 
-pytestmark = pytest.mark.xfail(
-    reason="slivers and edges of more than two faces in glass: see docs/roadmap.md", strict=False
-)
-
 
 def passes_clear_glass(folder, shape, *, rays=20_000):
     """Light aimed at every seam of a body of the index around it goes straight through."""

@@ -22,7 +22,7 @@ from raymaps.kinds import EventKind
 from raymaps.materials import Medium
 from raymaps.names import Names
 from raymaps.scene import Scene
-from raymaps.trace import RunKey, Wave
+from raymaps.wave import RunKey, Wave
 from tests.kernel_types import tables
 from tests.physics.scenes import agrees
 

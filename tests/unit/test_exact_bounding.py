@@ -147,13 +147,13 @@ def test_knife_edges_stay_bounded():
         assert np.linalg.norm(moved, axis=2).max() < 2.5 * chord, deg
 
 
-def test_borders_of_a_box_are_convex_and_corners_know_the_third_face():
+def test_borders_of_a_box_are_convex_and_corners_know_all_faces():
     shape = scenes_exact.box((0, 0, 0), (1, 2, 3))
     found = borders([shape.mesh], surfaces_of(shape))
     faces = np.where(found.neighbour >= 0, shape.mesh.triangle_face[found.neighbour], -1)
     for own, around, bends in zip(shape.mesh.triangle_face, faces, found.bend, strict=True):
         assert (bends == 1)[around >= 0].all()
-        assert len(set(around)) == 3  # two edges are borders; the corners touch the other two faces, one finds room
+        assert len(set(around)) == 4  # two edges are borders; the corners touch the other two faces
         assert own not in around
         assert (own ^ 1) not in around
 

@@ -33,6 +33,8 @@ ORDER: tuple[tuple[str, ...], ...] = (
     ("ray_sets",),
     ("compile",),
     ("sources", "intersect", "kernels"),
+    ("wave",),
+    ("slow_search",),
     ("trace",),
     ("criterion",),
     ("results",),
@@ -43,7 +45,7 @@ STAGE = {name: i for i, stage in enumerate(ORDER) for name in stage}
 #: They show the library to Python and to the shell, so they import from everywhere.
 FACES = ("__init__", "__main__")
 
-TRACER = ("effects", "compile", "sources", "intersect", "kernels", "trace")
+TRACER = ("effects", "compile", "sources", "intersect", "kernels", "wave", "slow_search", "trace")
 COMPILED_PACKAGES = (
     "numpy", "numba", "embreex", "trimesh", "pyarrow", "pydantic", "scipy", "pyvista", "vtk", "matplotlib", "duckdb",
     "polars", "pandas", "PIL", "shapely",

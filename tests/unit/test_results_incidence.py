@@ -8,8 +8,10 @@ import json
 import numpy as np
 import pytest
 
+from raymaps.compile import compile_scene
 from raymaps.results.incidence import normals
 from raymaps.run import simulate
+from raymaps.scene import load_scene
 from raymaps.store import RayMap
 from tests.face_maps import ball, corner_mesh, map_of, tube
 from tests.store.small_scenes import geometry, write_scene
@@ -105,3 +107,20 @@ def test_a_map_keeps_which_faces_are_smooth(tmp_path):
     }
     raymap = simulate(write_scene(tmp_path, data), tmp_path / "smooth.raymap")
     assert RayMap.open(raymap.path).scene.bodies["Tube"].geometry.smooth_faces == ("Mantle",)
+
+
+def test_a_smooth_face_with_an_exact_surface_is_exact(tmp_path):
+    """Rays are turned by the surface's own normals, not by those that are estimated from its facets as well."""
+    body = tube("Tube", 4.0, 10.0, 9)
+    data = {
+        "format": "raymaps-scene",
+        "version": 1,
+        "surfaces": {"black": {"kind": "absorber"}},
+        "bodies": {"Tube": {"geometry": {**geometry(tmp_path, body), "smooth_faces": ["Mantle"]}, "surface": "black"}},
+        "sources": {"Lamp": {"kind": "point", "flux_w": 1.0, "position_mm": [0, 0, 5]}},
+    }
+    facets = compile_scene(load_scene(write_scene(tmp_path, data))).boundary.smooth.row
+    assert (facets >= 0).sum() == len(body.triangles)
+    record = {"type": "cylinder", "point_mm": [0, 0, 0], "axis": [0, 0, 1], "radius_mm": 4.0}
+    data["bodies"]["Tube"]["geometry"]["faces"][0]["surface"] = record
+    assert (compile_scene(load_scene(write_scene(tmp_path, data))).boundary.smooth.row == -1).all()

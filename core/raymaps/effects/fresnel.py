@@ -30,7 +30,7 @@ def fresnel_reflectance(
 
     Returns
     -------
-    (n_rays,) float64, 0 to 1; exactly 1 under total internal reflection.
+    (n_rays,) float64, 0 to 1; exactly 1 under total internal reflection, 0 between equal indices.
 
     Raises
     ------
@@ -47,9 +47,10 @@ def fresnel_reflectance(
     cos2_theta_t = ((n_t - n_i) * (n_t + n_i) + (n_i * cos_theta_i) ** 2) / n_t**2
     total = cos2_theta_t <= 0
     cos_theta_t = np.sqrt(np.where(total, 0, cos2_theta_t))
-    r_s = (n_i * cos_theta_i - n_t * cos_theta_t) / (n_i * cos_theta_i + n_t * cos_theta_t)
-    r_p = (n_t * cos_theta_i - n_i * cos_theta_t) / (n_t * cos_theta_i + n_i * cos_theta_t)
-    return np.where(total, 1.0, 0.5 * (r_s**2 + r_p**2))
+    with np.errstate(invalid="ignore"):  # 0 / 0 along an interface between equal indices
+        r_s = (n_i * cos_theta_i - n_t * cos_theta_t) / (n_i * cos_theta_i + n_t * cos_theta_t)
+        r_p = (n_t * cos_theta_i - n_i * cos_theta_t) / (n_t * cos_theta_i + n_i * cos_theta_t)
+    return np.where(n_i == n_t, 0.0, np.where(total, 1.0, 0.5 * (r_s**2 + r_p**2)))
 
 
 def refracted_direction(

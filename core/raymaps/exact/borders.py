@@ -22,6 +22,8 @@ Index = NDArray[np.int64]
 
 #: Vertices of a body closer than this times its size are one.
 SAME_PLACE = 1e-7
+#: Places for other faces next to a triangle.
+PLACES = 4
 #: Faces that bend less at their border go on smoothly: nothing lies on a wrong side there.
 SMOOTH_RAD = math.radians(0.5)
 
@@ -54,11 +56,12 @@ class Joined(NamedTuple):
 
 
 class Borders(NamedTuple):
-    """The other faces at each triangle's edges, from corner i to corner i + 1.
+    """The other faces at each triangle's edges, from corner i to corner i + 1, and at its corners.
 
-    ``neighbour`` (n_triangles, 3) int32 is a triangle of the face beyond an edge, -1 where the face goes on or ends.
-    ``bend`` (n_triangles, 3) int8 is +1 where the body is convex there, -1 where it is concave, 0 where it is smooth.
-    A face that the triangle only touches with a corner stands in the place of an edge that is no border.
+    ``neighbour`` (n_triangles, 4) int32 is a triangle of the face beyond an edge, -1 where the face goes on or ends.
+    ``bend`` (n_triangles, 4) int8 is +1 where the body is convex there, -1 where it is concave, 0 where it is smooth.
+    A face that the triangle only touches with a corner stands in the fourth place, or in that of an edge that is no
+    border: at the corners of a box a triangle meets four faces.
     """
 
     neighbour: NDArray[np.int32]
@@ -130,14 +133,14 @@ def borders(meshes: Sequence[BodyMesh], surfaces: Sequence[ExactSurface | None])
     """
     joined = join(meshes)
     n = len(joined.face)
-    neighbour, bend = np.full((n, 3), -1, np.int32), np.zeros((n, 3), np.int8)
+    neighbour, bend = np.full((n, PLACES), -1, np.int32), np.zeros((n, PLACES), np.int8)
     here, there = _partners(joined)
     at_border = joined.face[there // 3] != joined.face[here // 3]
     here, there = here[at_border], there[at_border]
     if len(here):
         bends = _bends(joined, surfaces, here, there)
-        neighbour.reshape(-1)[here] = there // 3
-        bend.reshape(-1)[here] = bends
+        neighbour[here // 3, here % 3] = there // 3
+        bend[here // 3, here % 3] = bends
         _add_corners(joined, here, there // 3, bends, neighbour, bend)
     return Borders(neighbour, bend)
 
@@ -212,7 +215,7 @@ def _add_corners(
     row, triangle = (x[(beside[triangle] != joined.face[beyond[row], None]).all(axis=1)] for x in (row, triangle))
     _, once = np.unique(triangle * n_faces + joined.face[beyond[row]], return_index=True)
     row, triangle = row[once], triangle[once]
-    for slot in range(3):  # one face of each triangle at a time, into the first place that is free
+    for slot in range(PLACES):  # one face of each triangle at a time, into the first place that is free
         free = (neighbour[triangle, slot] < 0) & (np.diff(triangle, prepend=-1) != 0)
         neighbour[triangle[free], slot], bend[triangle[free], slot] = beyond[row[free]], bent[row[free]]
         row, triangle = row[~free], triangle[~free]

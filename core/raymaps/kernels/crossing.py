@@ -18,22 +18,16 @@ from raymaps.kernels.inside import is_in
 from raymaps.kinds import ExactKind
 
 __all__ = [
-    "AT_EDGE",
-    "CONTACT",
-    "CROSSED",
-    "NONE",
-    "STRAY",
-    "along",
-    "crossing",
-    "height_above",
-    "is_over",
-    "with_face",
-]
+    "AT_EDGE", "CONTACT", "CROSSED", "NONE", "ROUNDING", "STRAY",
+    "along", "crossing", "height_above", "height_over_face", "is_over", "normal_at", "with_face",
+]  # fmt: skip
 
 #: Crossings closer than this along the normal are one interface, in frame units; `raymaps.solids` has the same.
 CONTACT = 2.0**-21
 #: How far from its face a triangle may be hit, in frame units: facets may overlap by a few steps of float32.
 AT_EDGE = 2.0**-19
+#: A crossing further than this from where Embree met the triangle is looked at again, in frame units.
+FAR = 2.0**-12
 #: How far beyond a neighbouring face a point may lie by rounding, in frame units: where a ray leaves, and, less so that
 #: what came in also gets out, where it enters.
 ROUNDING = 2.0**-40
@@ -42,6 +36,7 @@ ROUNDING_INWARDS = 2.0**-48
 #: What a triangle means to a ray: no crossing, or one where it stands; a crossing; one that does not agree.
 NONE, CROSSED, STRAY = 0, 1, 2
 
+_PLANE = int(ExactKind.PLANE)
 _PATCHES = int(ExactKind.PATCHES)
 
 
@@ -70,7 +65,7 @@ def crossing(i, triangle, way, guess, leeway, wave, tables, boundary):
     solid = boundary.solid[tables.triangle_face[triangle]]
     agrees = solid < 0 or is_in(wave.inside[i], solid) == (way > 0)
     t, nx, ny, nz, crossed = _trimmed(i, triangle, guess, way, agrees, leeway, wave, tables, boundary)
-    if not math.isfinite(t):
+    if not math.isfinite(t) or (abs(t - guess) > FAR and _is_elsewhere(i, crossed, t, leeway, wave, tables, boundary)):
         return NONE, t, nx, ny, nz, crossed
     height = (t - wave.passed[i]) * abs(
         nx * wave.direction[i, 0] + ny * wave.direction[i, 1] + nz * wave.direction[i, 2]
@@ -104,12 +99,12 @@ def _trimmed(i, triangle, guess, way, agrees, leeway, wave, tables, boundary):
             near_edge = off_facets + abs(t - guess)  # so far it may be from the triangle that was hit
             if leeway == 0.0 and _is_clear(i, other, t, 2.0 * near_edge, wave, tables, boundary):
                 continue
-            beyond = bend * _height(i, other, t, wave, tables, boundary)
+            beyond = bend * height_over_face(i, other, t, wave, tables, boundary)
             if not room < beyond <= near_edge:
                 continue
         s, sx, sy, sz = with_face(i, other, guess if is_missed else t, way, wave, tables, boundary)
         if math.isfinite(s):
-            past = bend * _height(i, triangle, s, wave, tables, boundary)
+            past = bend * height_over_face(i, triangle, s, wave, tables, boundary)
             steep = abs(sx * wave.direction[i, 0] + sy * wave.direction[i, 1] + sz * wave.direction[i, 2])
             is_far = past < -off_facets if is_missed else abs(s - t) * steep > off_facets + 2.0 * beyond
             if is_far or ((is_missed or not agrees or bend * way < 0) and past > ROUNDING):
@@ -117,6 +112,17 @@ def _trimmed(i, triangle, guess, way, agrees, leeway, wave, tables, boundary):
         if math.isfinite(s) or not agrees or bend * way < 0:
             t, nx, ny, nz, crossed = s, sx, sy, sz, other
     return t, nx, ny, nz, crossed
+
+
+@inlined_kernel
+def _is_elsewhere(i, triangle, t, leeway, wave, tables, boundary):
+    """Whether ray i crosses a triangle's plane beside the triangle: the plane of one that it runs along."""
+    surface = boundary.exact.face[tables.triangle_face[triangle]]
+    if surface >= 0 and boundary.exact.kind[surface] != _PLANE:
+        return False
+    p, d = wave.position[i], wave.direction[i]
+    x, y, z = p[0] + t * d[0], p[1] + t * d[1], p[2] + t * d[2]
+    return not is_over(x, y, z, boundary.corners[triangle], AT_EDGE + leeway + 2.0 * boundary.reach[triangle])
 
 
 @inlined_kernel
@@ -154,7 +160,7 @@ def with_face(i, triangle, guess, way, wave, tables, boundary):
 
 
 @inlined_kernel
-def _height(i, triangle, t, wave, tables, boundary):
+def height_over_face(i, triangle, t, wave, tables, boundary):
     """How far the point at distance t of ray i lies outside the surface of a triangle's face."""
     x, y, z = (
         wave.position[i, 0] + t * wave.direction[i, 0],
@@ -167,6 +173,19 @@ def _height(i, triangle, t, wave, tables, boundary):
         return boundary.exact.outward[face] * exact.height(boundary.exact, surface, x, y, z, triangle)
     plane = tables.plane[triangle]
     return plane[0] * x + plane[1] * y + plane[2] * z - plane[3]
+
+
+@inlined_kernel
+def normal_at(i, triangle, t, wave, tables, boundary):
+    """Outward normal of a triangle's face at the distance t of ray i, which is on it."""
+    plane, face = tables.plane[triangle], tables.triangle_face[triangle]
+    surface = boundary.exact.face[face]
+    if surface < 0:
+        return plane[0], plane[1], plane[2]
+    p, d = wave.position[i], wave.direction[i]
+    nx, ny, nz = exact.normal(boundary.exact, surface, p[0] + t * d[0], p[1] + t * d[1], p[2] + t * d[2], triangle)
+    outward = boundary.exact.outward[face]
+    return outward * nx, outward * ny, outward * nz
 
 
 @kernel

@@ -26,6 +26,8 @@ __all__ = ["height", "meet", "normal", "settle"]
 _PLANE, _SPHERE, _CYLINDER = int(ExactKind.PLANE), int(ExactKind.SPHERE), int(ExactKind.CYLINDER)
 _CONE, _PATCHES = int(ExactKind.CONE), int(ExactKind.PATCHES)
 
+#: So far beyond a cone's apex, in distances of V from it, the other nappe is not told from this one.
+_AT_APEX = 2.0**-40
 #: No crossing.
 _NONE = (math.nan, 0.0, 0.0, 0.0)
 
@@ -165,7 +167,7 @@ def _root(a, b, c, root, towards, stands_on):
     """
     if stands_on:
         return -2.0 * b / a if towards * b < 0.0 else math.nan
-    if towards * b > 0.0:
+    if towards * b > 0.0 and root > 0.0:
         return -c / (b + towards * root)
     return (towards * root - b) / a
 
@@ -219,14 +221,14 @@ def _meet_cone(curvature, sine, cosine, qx, qy, qz, ex, ey, ez, towards, stands_
     b = cosine * (ex * mx + ey * my) - m / cosine * sine * ez
     kx, ky = sine * mx * ez - m * ex, sine * my * ez - m * ey
     miss, reach = cosine * abs(mx * ey - my * ex), math.sqrt(kx * kx + ky * ky)
-    if not miss <= reach and not stands_on:
+    if not miss <= reach and not stands_on and a >= 0.0:  # a line steeper than the cone crosses it for sure
         return _NONE
     c = 2.0 * (cosine * qx - sine * qz)
     c += curvature / cosine * (cosine * cosine * (qx * qx + qy * qy) - sine * sine * qz * qz)
     root = math.sqrt(max((reach - miss) * (reach + miss), 0.0))
     t = _root(a, b, c, root, towards, stands_on)
     s = curvature * t
-    if not m + s * sine * ez >= 0.0:  # the other nappe
+    if not m + s * sine * ez >= -_AT_APEX:  # the other nappe
         return _NONE
     ux, uy, _ = _unit(mx + s * ex, my + s * ey, 0.0)
     return t, cosine * ux, cosine * uy, -sine

@@ -24,7 +24,7 @@ _FRESNEL = int(SurfaceKind.FRESNEL)
 
 @inlined_kernel
 def keep(found, k, place, t, nx, ny, nz, triangle):
-    """Put a crossing of ray k to a place of `raymaps.trace.Found`."""
+    """Put a crossing of ray k to a place of `raymaps.wave.Found`."""
     found.t[k, place], found.triangle[k, place] = t, triangle
     found.normal[k, place, 0], found.normal[k, place, 1], found.normal[k, place, 2] = nx, ny, nz
 

@@ -26,7 +26,7 @@ def cos2_of_refraction(cos_i, n_i, n_t):
 
 @kernel
 def of_clear_medium(cos_i, n_i, n_t):
-    """Power reflectance and cosine of refraction; (1, 0) under total internal reflection.
+    """Power reflectance and cosine of refraction; (1, 0) under total internal reflection, (0, cos_i) between equals.
 
     Parameters
     ----------
@@ -34,6 +34,8 @@ def of_clear_medium(cos_i, n_i, n_t):
     n_i, n_t : float, > 0
         Refractive index before and beyond.
     """
+    if n_i == n_t:
+        return 0.0, cos_i
     cos2_t = cos2_of_refraction(cos_i, n_i, n_t)
     if cos2_t <= 0.0:
         return 1.0, 0.0

@@ -16,12 +16,18 @@ from raymaps.kernels.crossing import AT_EDGE, CONTACT, CROSSED, NONE, STRAY, alo
 from raymaps.kernels.interface import end_at, keep, settle
 from raymaps.kinds import EventKind
 
-__all__ = ["DOUBTFUL", "PENDING", "SEARCHING", "START_OFFSET", "arrive", "begin", "locate", "lose", "propose", "start"]
+__all__ = [
+    "DOUBTFUL", "MAX_SHORT", "PENDING", "SEARCHING", "START_OFFSET",
+    "arrive", "begin", "leave", "locate", "lose", "propose", "start",
+]  # fmt: skip
 
 #: In frame units; float32 keeps coordinates below 1 to 2^-25, and as many again for a triangle's corners.
 START_OFFSET = 2.0**-21
 #: Below this cosine a ray runs along a facet: it crosses its plane far from where it crosses the face.
 STEEP_COSINE = 0.05
+
+#: Segments in a row without a length after which a ray is taken to go in and out at one place.
+MAX_SHORT = 8
 
 #: States of a ray between two events, beside the kinds of events themselves: it arrives on a surface; its search goes
 #: on; what Embree found does not agree with where the ray is.
@@ -33,9 +39,11 @@ _NUMERICAL = int(EventKind.KILLED_NUMERICAL)
 
 @kernel
 def begin(rays, wave):
-    """Forget what an earlier search has left."""
+    """Forget what an earlier search has left; count segments without a length."""
     for k in range(len(rays)):
         i = rays[k]
+        is_short = wave.triangle[i] >= 0 and wave.distance[i] <= CONTACT
+        wave.n_short[i] = min(wave.n_short[i] + 1, MAX_SHORT) if is_short else 0
         wave.passed[i] = 0.0
         wave.n_passes[i] = 0
 
@@ -51,7 +59,7 @@ def start(rays, wave, tables, boundary, advance, origin, direction):
     Parameters
     ----------
     rays : (n,) int32, slots of the wave
-    wave, tables, boundary : see `raymaps.trace.Wave`, `raymaps.compile.Tables`, `raymaps.boundary.Boundary`
+    wave, tables, boundary : see `raymaps.wave.Wave`, `raymaps.compile.Tables`, `raymaps.boundary.Boundary`
     advance : (n,) float64
         Distance already searched along each ray; moved to the start.
     origin, direction : (n, 3) float32, filled
@@ -95,7 +103,7 @@ def locate(rays, wave, tables, boundary, advance, hits, ways, guesses, found, sl
         Whether their faces are crossed outwards, 1, inwards, -1, or as their facets are, 0.
     guesses : (n, n_places) float64
         About where, as distances from the ray's position.
-    found : see `raymaps.trace.Found`
+    found : see `raymaps.wave.Found`
     slowly : bool
         Whether the triangles are all that the ray may cross.
 
@@ -106,6 +114,12 @@ def locate(rays, wave, tables, boundary, advance, hits, ways, guesses, found, sl
     unsettled = 0
     for k in range(len(rays)):
         i = rays[k]
+        if not slowly and (
+            wave.n_short[i] == MAX_SHORT or _is_at_edge(i, wave.triangle[i], 0.0, wave, tables, boundary)
+        ):
+            wave.state[i] = DOUBTFUL
+            unsettled += 1
+            continue
         count, first, first_stray = 0, np.inf, np.inf
         for c in range(hits.shape[1]):
             hit = hits[k, c]
@@ -136,9 +150,24 @@ def locate(rays, wave, tables, boundary, advance, hits, ways, guesses, found, sl
         else:
             wave.state[i] = SEARCHING
             advance[k] = guesses[k, 0] + START_OFFSET
+            if not slowly and _is_at_edge(i, hits[k, 0], guesses[k, 0], wave, tables, boundary):
+                wave.state[i] = DOUBTFUL
         if wave.state[i] >= DOUBTFUL and wave.state[i] != PENDING:
             unsettled += 1
     return unsettled
+
+
+@inlined_kernel
+def _is_at_edge(i, triangle, t, wave, tables, boundary):
+    """Whether the next start of ray i, from a triangle at the distance t, may be beyond another face next to it."""
+    if triangle < 0:
+        return False
+    for place in range(boundary.neighbour.shape[1]):
+        if boundary.bend[triangle, place] != 0:
+            plane = tables.plane[boundary.neighbour[triangle, place]]
+            if abs(height_above(plane, wave.position[i]) + t * along(wave, i, plane)) < 2.0 * START_OFFSET:
+                return True
+    return False
 
 
 @inlined_kernel
@@ -215,12 +244,26 @@ def _furthest(guesses):
 
 
 @kernel
+def leave(rays, wave, tables, boundary):
+    """Let rays leave the scene that are outside of all bodies; kill the others where they stand."""
+    for k in range(len(rays)):
+        if _is_outside(wave, rays[k], boundary):
+            _leave(wave, rays[k], tables)
+        else:
+            _lose(wave, rays[k])
+
+
+@kernel
 def lose(rays, wave):
     """Kill rays where they stand."""
     for k in range(len(rays)):
-        i = rays[k]
-        wave.state[i], wave.hit[i] = _NUMERICAL, wave.triangle[i]
-        end_at(wave, i, 0.0)
+        _lose(wave, rays[k])
+
+
+@inlined_kernel
+def _lose(wave, i):
+    wave.state[i], wave.hit[i] = _NUMERICAL, wave.triangle[i]
+    end_at(wave, i, 0.0)
 
 
 @inlined_kernel
