@@ -29,6 +29,8 @@ class Boundary(NamedTuple):
     slack: NDArray[np.float64]  # (n_triangles,) how far a facet without one may be off the surface that it stands for
     neighbour: NDArray[np.int32]  # (n_triangles, 4) triangles of other faces of the body next to it, -1 none
     bend: NDArray[np.int8]  # (n_triangles, 4) edge between them: 1 convex, -1 concave, 0 smooth
+    beside: NDArray[np.int32]  # (n_triangles, 3) triangle beyond each edge, of whatever face, -1 none
+    inner: NDArray[np.bool_]  # (n_triangles,) no corner is at another face
     exact: ExactTables
     solid: NDArray[np.int32]  # (n_faces,) solid that the face bounds, -1 none
     solid_medium: NDArray[np.int16]  # (n_solids,) medium of each solid, -1 none
@@ -81,7 +83,8 @@ def lower_boundary(scene: Scene, meshes: tuple[BodyMesh, ...], names: Names, fra
     solids = lower_solids(scene, meshes, names, frame, exact.face >= 0, corners, reach)
     n_words = max(1, -(-len(solids.medium) // 64))
     tables = Boundary(
-        corners, reach, solids.slack, edges.neighbour, edges.bend, exact, solids.face_solid, solids.medium,
+        corners, reach, solids.slack, edges.neighbour, edges.bend, edges.beside, edges.inner, exact,
+        solids.face_solid, solids.medium,
         _bits(solids.medium >= 0, n_words), _bits(solids.reaches_far, n_words),
     )  # fmt: skip
     for array in (*tables, *exact):

@@ -12,7 +12,7 @@ import pytest
 
 from raymaps.kinds import EventKind
 from tests.physics.scenes import body, disc_source
-from tests.physics.scenes_exact import ball, box, cone, pill, rod, sharp_lens, torus, traced
+from tests.physics.scenes_exact import ball, box, cone, pill, ring, rod, sharp_lens, torus, traced
 from tests.stability.aiming import aimed, clear, lost, rotation, seams, some_directions, towards
 
 SHAPES = {
@@ -190,3 +190,60 @@ def test_tangent_to_a_cylinder(tmp_path, off):
         # the chord follows from the root of what float64 keeps of radius² - foot²
         slack = math.sqrt(2 * radius**2 * 1e-15) + 2 * h.raymap.manifest.grid_mm
         assert np.abs(chord - expected).max() <= slack * 4
+
+
+def test_out_of_a_plate_right_behind_the_rim_of_its_hole(tmp_path):
+    """Into the wall of a hole 1e-8 mm to 1e-3 mm below the plate's upper face, out of that face, on to a black board.
+    Nothing but the events tells that a way out was missed: the board is no part of the plate.
+
+    Guards: a search does not go past an edge (`_is_at_edge`) where it starts, or goes on behind what it has rejected.
+    """
+    plate, n = ring(5, 2, 1, 24), 20_000
+    top = plate.vertices[:, 2].max()
+    rng = np.random.default_rng(5)
+    turn, aside = rng.uniform(0, 2 * math.pi, n), rng.normal(0, 0.3, n)
+    below = 10.0 ** rng.uniform(-8, -3, n)
+    rim = np.column_stack([2 * np.cos(turn), 2 * np.sin(turn), top - below])
+    ways = np.column_stack([np.cos(turn + aside), np.sin(turn + aside), rng.uniform(0.1, 2, n)])
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    h = traced(
+        tmp_path,
+        {
+            "Plate": body(plate, "polished", "glass"),
+            "Board": body(box((-60, -60, top + 1), (60, 60, top + 2)), "black"),
+        },
+        rays=n,
+        surfaces={"polished": {"kind": "fresnel"}, "black": {"kind": "absorber"}},
+        sources={"S": aimed(tmp_path, "rays", rim - 0.5 * ways, ways)},
+        media=clear(1.0)["media"],
+    )
+    assert lost(h).all == 0
+    assert (np.diff(h.offsets) == 4).all()
+    assert (h.kind[h.last] == EventKind.ABSORPTION).all()
+
+
+def test_a_smooth_seam_is_where_it_is(tmp_path):
+    """Through a pill of eight facets around, of the index around it: each event lies on its cylinder between the seams
+    and on its spheres beyond them, though facets of the one reach over the other.
+
+    Guards: which of two faces that go on smoothly into each other is crossed (`_is_past_edge`).
+    """
+    radius, length, n = 3.0, 8.0, 20_000
+    rng = np.random.default_rng(2)
+    turn, height = rng.uniform(0, 2 * math.pi, n), rng.choice([0.0, length], n) + rng.normal(0, 0.3, n)
+    targets = np.column_stack([radius * np.cos(turn), radius * np.sin(turn), height])
+    ways = rng.normal(size=(n, 3))
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    h = traced(
+        tmp_path,
+        {"Body": body(pill(radius, length, 8), "polished", "glass")},
+        rays=n,
+        sources={"S": aimed(tmp_path, "rays", targets - 20 * ways, ways)},
+        **clear(1.0),
+    )
+    crossings = passed_straight(h, 4 * h.raymap.manifest.grid_mm)
+    assert (crossings > 0).mean() > 0.9
+    met = h.position[h.triangle >= 0]
+    on_axis = np.zeros_like(met)
+    on_axis[:, 2] = np.clip(met[:, 2], 0, length)
+    assert np.linalg.norm(met - on_axis, axis=1) == pytest.approx(radius, abs=3 * h.raymap.manifest.grid_mm)

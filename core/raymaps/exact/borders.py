@@ -61,11 +61,15 @@ class Borders(NamedTuple):
     ``neighbour`` (n_triangles, 4) int32 is a triangle of the face beyond an edge, -1 where the face goes on or ends.
     ``bend`` (n_triangles, 4) int8 is +1 where the body is convex there, -1 where it is concave, 0 where it is smooth.
     A face that the triangle only touches with a corner stands in the fourth place, or in that of an edge that is no
-    border: at the corners of a box a triangle meets four faces.
+    border: at the corners of a box a triangle meets four faces. ``beside`` (n_triangles, 3) int32 is the triangle
+    beyond each edge, of whatever face, -1 where there is none or more than one. ``inner`` (n_triangles,) bool tells
+    whether no corner is at another face.
     """
 
     neighbour: NDArray[np.int32]
     bend: NDArray[np.int8]
+    beside: NDArray[np.int32]
+    inner: NDArray[np.bool_]
 
 
 class Places(NamedTuple):
@@ -134,15 +138,19 @@ def borders(meshes: Sequence[BodyMesh], surfaces: Sequence[ExactSurface | None])
     joined = join(meshes)
     n = len(joined.face)
     neighbour, bend = np.full((n, PLACES), -1, np.int32), np.zeros((n, PLACES), np.int8)
+    beside = np.full((n, 3), -1, np.int32)
     here, there = _partners(joined)
+    beside[here // 3, here % 3] = there // 3
     at_border = joined.face[there // 3] != joined.face[here // 3]
     here, there = here[at_border], there[at_border]
+    of_border = np.zeros(joined.n_vertices, np.bool_)
+    of_border[joined.vertex[here // 3, here % 3]] = True
     if len(here):
         bends = _bends(joined, surfaces, here, there)
         neighbour[here // 3, here % 3] = there // 3
         bend[here // 3, here % 3] = bends
         _add_corners(joined, here, there // 3, bends, neighbour, bend)
-    return Borders(neighbour, bend)
+    return Borders(neighbour, bend, beside, ~of_border[joined.vertex].any(axis=1))
 
 
 def _partners(joined: Joined) -> tuple[Index, Index]:

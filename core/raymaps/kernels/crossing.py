@@ -19,7 +19,7 @@ from raymaps.kinds import ExactKind
 
 __all__ = [
     "AT_EDGE", "CONTACT", "CROSSED", "NONE", "ROUNDING", "STRAY",
-    "along", "crossing", "height_above", "height_over_face", "is_over", "normal_at", "with_face",
+    "along", "crossing", "height_above", "height_over_face", "is_over", "normal_at", "over_face",
 ]  # fmt: skip
 
 #: Crossings closer than this along the normal are one interface, in frame units; `raymaps.solids` has the same.
@@ -28,6 +28,10 @@ CONTACT = 2.0**-21
 AT_EDGE = 2.0**-19
 #: A crossing further than this from where Embree met the triangle is looked at again, in frame units.
 FAR = 2.0**-12
+#: One over the least cosine at which a crossing is over the triangle that Embree meets, or one next to it.
+STEEP = 8.0
+#: Triangles between that which Embree meets and that over which its face is crossed.
+MAX_STEPS = 64
 #: How far beyond a neighbouring face a point may lie by rounding, in frame units: where a ray leaves, and, less so that
 #: what came in also gets out, where it enters.
 ROUNDING = 2.0**-40
@@ -56,7 +60,8 @@ def along(wave, i, normal):
 def crossing(i, triangle, way, guess, leeway, wave, tables, boundary):
     """What crossing the face of a triangle of the bounding mesh outwards (``way`` 1) or inwards (-1) means to ray i.
 
-    A crossing that agrees with where the ray is may lie behind it by rounding, or by a ``leeway``.
+    A crossing that agrees with where the ray is may lie behind it by rounding; with a solid that it does not stand on,
+    by a ``leeway``.
 
     Returns
     -------
@@ -74,6 +79,9 @@ def crossing(i, triangle, way, guess, leeway, wave, tables, boundary):
     if solid < 0:
         return (CROSSED if t > wave.passed[i] else NONE), t, nx, ny, nz, crossed
     if agrees:
+        standing = wave.triangle[i]
+        if standing >= 0 and boundary.solid[tables.triangle_face[standing]] == solid:
+            leeway = 0.0  # what it has met of this solid is behind it
         return (CROSSED if height >= -near - leeway else NONE), max(t, wave.passed[i]), nx, ny, nz, crossed
     return (STRAY if height > near else NONE), t, nx, ny, nz, crossed
 
@@ -85,8 +93,10 @@ def _trimmed(i, triangle, guess, way, agrees, leeway, wave, tables, boundary):
     Along a convex edge a body is what lies behind both faces' surfaces, along a concave one what lies behind either.
     Near an edge the bounding mesh may name the wrong one of them; NaN where the ray passes by the edge.
     """
-    t, nx, ny, nz = with_face(i, triangle, guess, way, wave, tables, boundary)
+    t, nx, ny, nz, triangle = over_face(i, triangle, guess, way, wave, tables, boundary)
     crossed = triangle
+    if boundary.inner[triangle]:
+        return t, nx, ny, nz, crossed
     room = 0.0 if not agrees else (ROUNDING if way > 0 else ROUNDING_INWARDS)
     for edge in range(boundary.neighbour.shape[1]):
         other, bend = boundary.neighbour[triangle, edge], boundary.bend[triangle, edge]
@@ -102,7 +112,7 @@ def _trimmed(i, triangle, guess, way, agrees, leeway, wave, tables, boundary):
             beyond = bend * height_over_face(i, other, t, wave, tables, boundary)
             if not room < beyond <= near_edge:
                 continue
-        s, sx, sy, sz = with_face(i, other, guess if is_missed else t, way, wave, tables, boundary)
+        s, sx, sy, sz = _with_face(i, other, guess if is_missed else t, way, wave, tables, boundary)
         if math.isfinite(s):
             past = bend * height_over_face(i, triangle, s, wave, tables, boundary)
             steep = abs(sx * wave.direction[i, 0] + sy * wave.direction[i, 1] + sz * wave.direction[i, 2])
@@ -112,6 +122,49 @@ def _trimmed(i, triangle, guess, way, agrees, leeway, wave, tables, boundary):
         if math.isfinite(s) or not agrees or bend * way < 0:
             t, nx, ny, nz, crossed = s, sx, sy, sz, other
     return t, nx, ny, nz, crossed
+
+
+@inlined_kernel
+def over_face(i, triangle, guess, way, wave, tables, boundary):
+    """As `_with_face`, and the triangle over which the crossing is, or the last on the way there.
+
+    A ray that grazes a face crosses it some triangles away from where it meets the bounding mesh. Where one face goes
+    on smoothly into another, that is crossed on whose side of the edge the crossing is; NaN if neither is.
+    """
+    t, nx, ny, nz = _with_face(i, triangle, guess, way, wave, tables, boundary)
+    aside = boundary.reach[triangle] if boundary.inner[triangle] else 0.0
+    if not abs(t - guess) > AT_EDGE + STEEP * aside:
+        return t, nx, ny, nz, triangle
+    for _ in range(MAX_STEPS):
+        beyond = -1
+        for edge in range(3):
+            other = boundary.beside[triangle, edge]
+            if other >= 0 and _is_past_edge(i, triangle, edge, t, nx, ny, nz, wave, boundary):
+                same = tables.triangle_face[other] == tables.triangle_face[triangle]
+                if same or boundary.bend[triangle, edge] == 0:
+                    beyond = other
+                    break
+        if beyond < 0:
+            break
+        if not same:
+            s, sx, sy, sz = _with_face(i, beyond, t, way, wave, tables, boundary)
+            if not _is_past_edge(i, triangle, edge, s, nx, ny, nz, wave, boundary) and abs(s - t) > ROUNDING:
+                s = np.nan
+            t, nx, ny, nz = s, sx, sy, sz
+        triangle = beyond
+    return t, nx, ny, nz, triangle
+
+
+@inlined_kernel
+def _is_past_edge(i, triangle, edge, t, nx, ny, nz, wave, boundary):
+    """Whether the point at the distance t of ray i lies beyond an edge of a triangle, seen along a normal."""
+    corners, p, d = boundary.corners[triangle], wave.position[i], wave.direction[i]
+    a, b, c = corners[edge], corners[(edge + 1) % 3], corners[(edge + 2) % 3]
+    ex, ey, ez = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    x, y, z = ey * nz - ez * ny, ez * nx - ex * nz, ex * ny - ey * nx  # across the edge
+    of_corner = x * (c[0] - a[0]) + y * (c[1] - a[1]) + z * (c[2] - a[2])
+    of_point = x * (p[0] + t * d[0] - a[0]) + y * (p[1] + t * d[1] - a[1]) + z * (p[2] + t * d[2] - a[2])
+    return of_corner * of_point < 0.0
 
 
 @inlined_kernel
@@ -139,7 +192,7 @@ def _is_clear(i, triangle, t, distance, wave, tables, boundary):
 
 
 @inlined_kernel
-def with_face(i, triangle, guess, way, wave, tables, boundary):
+def _with_face(i, triangle, guess, way, wave, tables, boundary):
     """Distance of ray i to the exact surface of a triangle's face, or to the triangle's plane, and the outward normal.
 
     NaN if it is not crossed outwards (``way`` 1) or inwards (-1), or if the ray stands on it.

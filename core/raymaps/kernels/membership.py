@@ -14,7 +14,7 @@ import math
 import numpy as np
 
 from raymaps.jit import inlined_kernel, kernel
-from raymaps.kernels.crossing import AT_EDGE, ROUNDING, along, height_over_face, is_over, normal_at, with_face
+from raymaps.kernels.crossing import AT_EDGE, ROUNDING, along, height_over_face, is_over, normal_at, over_face
 from raymaps.kernels.inside import is_in
 from raymaps.kernels.interface import keep, settle, sort
 
@@ -49,13 +49,13 @@ def gather(rays, wave, tables, boundary, hits, ways, guesses, found, count, clea
             if triangle < 0:
                 continue
             here = wave.passed[i]
-            t, nx, ny, nz = with_face(i, triangle, guesses[k, place], ways[k, place], wave, tables, boundary)
+            t, nx, ny, nz, triangle = over_face(i, triangle, guesses[k, place], ways[k, place], wave, tables, boundary)
             if not math.isfinite(t) and abs(height_over_face(i, triangle, here, wave, tables, boundary)) <= ROUNDING:
                 t = here  # it stands on the surface, or touches it there
                 nx, ny, nz = normal_at(i, triangle, here, wave, tables, boundary)
             p, d = wave.position[i], wave.direction[i]
-            leeway = 2.0 * boundary.reach[triangle] + AT_EDGE
-            leeway /= max(abs(nx * d[0] + ny * d[1] + nz * d[2]), FLATTEST)  # as far off is a crossing along the ray
+            steep = abs(nx * d[0] + ny * d[1] + nz * d[2])  # the less, the further off along the ray
+            leeway = 2.0 * boundary.reach[triangle] + AT_EDGE / max(steep, FLATTEST)
             x, y, z = p[0] + t * d[0], p[1] + t * d[1], p[2] + t * d[2]
             if t > here - BEHIND and is_over(x, y, z, boundary.corners[triangle], leeway):
                 keep(found, k, n, max(t, here), nx, ny, nz, triangle)

@@ -74,7 +74,7 @@ def start(rays, wave, tables, boundary, advance, origin, direction):
                 steep = side * along(wave, i, plane)
                 if height > -START_OFFSET:
                     shift = START_OFFSET * side
-                elif steep > STEEP_COSINE and not boundary.bend[triangle].any():
+                elif steep > STEEP_COSINE and boundary.inner[triangle]:
                     advance[k] = max(advance[k], -height / steep + START_OFFSET)
         elif advance[k] == 0.0:
             advance[k] = -2.0 * START_OFFSET
@@ -160,7 +160,7 @@ def locate(rays, wave, tables, boundary, advance, hits, ways, guesses, found, sl
 @inlined_kernel
 def _is_at_edge(i, triangle, t, wave, tables, boundary):
     """Whether the next start of ray i, from a triangle at the distance t, may be beyond another face next to it."""
-    if triangle < 0:
+    if triangle < 0 or boundary.inner[triangle]:
         return False
     for place in range(boundary.neighbour.shape[1]):
         if boundary.bend[triangle, place] != 0:
