@@ -89,12 +89,13 @@ def lower_exact(meshes: Sequence[BodyMesh], found: ExactFaces, frame: Frame, bou
     shared = _share(found.surfaces, frame)
     vertices = [mesh.corners_mm[mesh.triangle_face == face] for mesh in meshes for face in range(len(mesh.face_names))]
     first = {int(surface): face for face, surface in reversed(list(enumerate(shared))) if surface >= 0}
-    surfaces = [(found.surfaces[first[i]], vertices[first[i]].reshape(-1, 3)) for i in range(len(first))]
+    chosen = [(found.surfaces[face], vertices[face].reshape(-1, 3)) for _, face in sorted(first.items())]
+    surfaces = [(surface, points) for surface, points in chosen if surface is not None]
     outward = [
         1.0 if surface < 0 else _outward(surfaces[surface][0], corners)
         for surface, corners in zip(shared, vertices, strict=True)
     ]
-    forms = [(_revolved(surface, frame), points) for surface, points in surfaces if surface is not None]
+    forms = [(_revolved(surface, frame), points) for surface, points in surfaces]
     sheets = _Sheets(frame)
     for form, _ in forms:
         sheets.add(form)
