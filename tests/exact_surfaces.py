@@ -5,11 +5,12 @@ from __future__ import annotations
 
 import math
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 from numpy.typing import NDArray
 
-from raymaps.exact import ExactFaces, ExactTables, Surface, lower_exact
+from raymaps.exact import ExactFaces, ExactTables, Surface, lower_exact, tables
 from raymaps.frame import Frame
 from raymaps.geometry import BodyMesh
 
@@ -23,12 +24,13 @@ CIRCLE = ((1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1))
 CIRCLE_WEIGHTS = (1, _HALF, 1, _HALF, 1, _HALF, 1, _HALF)
 
 
-def lowered(surface: Surface, corners: Any, frame: Frame = UNIT) -> ExactTables:
-    """Tables of one surface with triangles on it, (n, 3, 3) in mm."""
+def lowered(surface: Surface, corners: Any, frame: Frame = UNIT, *, profiles: bool = True) -> ExactTables:
+    """Tables of one surface with triangles on it, (n, 3, 3) in mm; without profiles every B-spline is its patches."""
     corners = np.asarray(corners, float)
     triangles = np.arange(3 * len(corners)).reshape(-1, 3)
     mesh = BodyMesh("Body", corners.reshape(-1, 3).copy(), triangles, ("Face1",), np.zeros(len(corners), np.int32))
-    return lower_exact((mesh,), ExactFaces((surface,), ()), frame, corners)
+    with patch.object(tables, "FAR_FROM_AXIS", tables.FAR_FROM_AXIS if profiles else 0.0):
+        return lower_exact((mesh,), ExactFaces((surface,), ()), frame, corners)
 
 
 def revolved(profile: list[tuple[float, float]], weights: tuple[float, ...], pose: Array | None = None) -> dict:

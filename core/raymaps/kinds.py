@@ -102,3 +102,4 @@ class ExactKind(IntEnum):
     CONE = 4
     TORUS = 5
     PATCHES = 6  # a B-spline surface as polynomial patches
+    REVOLUTION = 7  # a B-spline surface that is a profile turned around an axis

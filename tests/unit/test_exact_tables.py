@@ -155,6 +155,27 @@ def test_equal_surfaces_of_all_bodies_are_one():
     assert tables.outward.tolist() == [1, -1, 1, 1, -1]
 
 
+@pytest.mark.parametrize("kind", ["plane", "sphere", "cylinder", "cone", "torus"])
+def test_a_scene_ten_million_sizes_away_has_all_digits(kind):
+    """Far away by a power of two, so that all places are exact there: the numbers are those of the scene at home."""
+    from raymaps.exact import Cone, Cylinder, ExactFaces, Plane, Sphere, Torus
+
+    axis = np.array([2.0, -1.0, 2.0]) / 3
+    rows = []
+    for far in (0.0, 2.0**24):
+        at = far + np.array([0.25, 0.5, -0.125])
+        surface = {
+            "plane": Plane(at, axis), "sphere": Sphere(at, 0.75), "cylinder": Cylinder(at, axis, 0.75),
+            "cone": Cone(at, axis, 0.5), "torus": Torus(at, axis, 0.5, 0.125),
+        }[kind]  # fmt: skip
+        corners = far + np.array([[[0.5, 0.25, 0.75], [1.0, 0.5, 0.25], [0.75, 0.125, 1.0]]])
+        tables = lower_exact(
+            (mesh(corners),), ExactFaces((surface,), ()), Frame(np.full(3, far), 1.0, 2.0**-20), corners
+        )
+        rows.append(tables.number[0])
+    np.testing.assert_allclose(rows[1], rows[0], rtol=0, atol=1e-15)
+
+
 def test_triangles_of_bsplines_know_the_parameters_of_their_corners():
     from raymaps.exact import exact_surface
     from raymaps.scene import BSplineSurface

@@ -11,12 +11,18 @@ normal at V (cone: away from the axis) and z along its axis.
     14    cone: cosine of the half angle
 
 Of a B-spline they are angles per unit of u around the poles at its lower and upper border of v (0: none), and the sign
-of its own normal against du x dv.
+of its own normal against du x dv. A B-spline that is a surface of revolution is lowered as its profile instead: one
+patch along u, of degree 0, with (radius, 0, height) along v. Its numbers are
+
+    0:12  point of the axis, and axes as above
+    12:14 whether the profile begins, and ends, on the axis
+    14    sign of its own normal against (slope of the height, - slope of the radius)
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,6 +30,7 @@ from numpy.typing import NDArray
 
 from raymaps.exact.bspline import BSpline
 from raymaps.exact.faces import ExactFaces
+from raymaps.exact.revolution import Revolution, revolution_of
 from raymaps.exact.surfaces import Cone, Cylinder, Plane, Sphere, Surface, Torus
 from raymaps.frame import Frame
 from raymaps.geometry import BodyMesh
@@ -36,6 +43,9 @@ Array = NDArray[np.float64]
 #: Surfaces that differ by less, in units of the scene, are one.
 SAME = 1e-9
 N_NUMBERS = 16
+#: Surfaces of revolution that reach farther from their axis, in units of the scene, stay patches: their radii would
+#: have fewer digits than places of the scene.
+FAR_FROM_AXIS = 8.0
 KINDS: dict[type, ExactKind] = {
     Plane: ExactKind.PLANE,
     Sphere: ExactKind.SPHERE,
@@ -43,7 +53,9 @@ KINDS: dict[type, ExactKind] = {
     Cone: ExactKind.CONE,
     Torus: ExactKind.TORUS,
     BSpline: ExactKind.PATCHES,
+    Revolution: ExactKind.REVOLUTION,
 }
+Lowered = Surface | Revolution
 
 
 class ExactTables(NamedTuple):
@@ -77,51 +89,75 @@ def lower_exact(meshes: Sequence[BodyMesh], found: ExactFaces, frame: Frame, bou
     shared = _share(found.surfaces, frame)
     vertices = [mesh.corners_mm[mesh.triangle_face == face] for mesh in meshes for face in range(len(mesh.face_names))]
     first = {int(surface): face for face, surface in reversed(list(enumerate(shared))) if surface >= 0}
-    surfaces = [(found.surfaces[first[i]], vertices[first[i]].reshape(-1, 3)) for i in range(len(first))]
+    chosen = [(found.surfaces[face], vertices[face].reshape(-1, 3)) for _, face in sorted(first.items())]
+    surfaces = [(surface, points) for surface, points in chosen if surface is not None]
     outward = [
         1.0 if surface < 0 else _outward(surfaces[surface][0], corners)
         for surface, corners in zip(shared, vertices, strict=True)
     ]
-    numbers = [_numbers(surface, points, frame) for surface, points in surfaces if surface is not None]
+    forms = [(_revolved(surface, frame), points) for surface, points in surfaces]
     sheets = _Sheets(frame)
-    for surface, _ in surfaces:
-        sheets.add(surface)
+    for form, _ in forms:
+        sheets.add(form)
     return ExactTables(
         face=np.array(shared, np.int32),
         outward=np.array(outward, np.float64),
-        kind=np.array([KINDS[type(surface)] for surface, _ in surfaces], np.uint8),
-        number=np.array(numbers, np.float64).reshape(-1, N_NUMBERS),
+        kind=np.array([KINDS[type(form)] for form, _ in forms], np.uint8),
+        number=np.array([_numbers(form, points, frame) for form, points in forms]).reshape(-1, N_NUMBERS),
         **sheets.arrays(),
-        **_guesses(vertices, [None if s < 0 else surfaces[s][0] for s in shared], frame, bounding_corners),
+        **_guesses(
+            vertices, [None if s < 0 else (surfaces[s][0], forms[s][0]) for s in shared], frame, bounding_corners
+        ),
     )
 
 
+def _revolved(surface: Surface, frame: Frame) -> Lowered:
+    """A B-spline as its profile if it is a surface of revolution near enough to its axis; else the surface."""
+    revolution = revolution_of(surface) if isinstance(surface, BSpline) else None
+    if revolution is None or revolution.farthest_mm > FAR_FROM_AXIS * frame.unit_mm:
+        return surface
+    return revolution
+
+
 class _Sheets:
-    """Patches of B-splines, gathered."""
+    """Patches of B-splines and profiles, gathered."""
 
     def __init__(self, frame: Frame):
         self._frame = frame
         self._sheet: list[list[int]] = []
         self._breaks, self._patch, self._coefficient = np.zeros(0), np.zeros((0, 7)), np.zeros((0, 4))
 
-    def add(self, surface: Surface | None) -> None:
-        """Add the patches of a surface; none of one that is no B-spline."""
-        if not isinstance(surface, BSpline):
+    def add(self, form: Lowered) -> None:
+        """Add the patches of a surface; none of one that has a closed form."""
+        if isinstance(form, Revolution):
+            n = len(form.width)
+            center = np.zeros((1, n, 3))
+            center[0, :, [0, 2]] = form.center.T / self._frame.unit_mm
+            terms = np.zeros((1, n, 1, form.coefficient.shape[1], 4))
+            terms[0, :, 0][..., [0, 2, 3]] = form.coefficient
+            ways = [(np.array([0.0, 1.0]), np.zeros(1), np.ones(1)), (form.breaks, form.reference, form.width)]
+            self._add(center, terms, ways, (True, form.wraps))
+        elif isinstance(form, BSpline):
+            ways = list(zip(form.breaks, form.reference, form.width, strict=True))
+            self._add(self._frame.to_units(form.center), form.coefficient.copy(), ways, form.wraps)
+        else:
             self._sheet.append([0] * 10)
-            return
-        n_u, n_v, *orders = surface.coefficient.shape[:4]
-        first_break = len(self._breaks)
-        starts = [len(self._patch), first_break, first_break + n_u + 1, len(self._coefficient)]
+
+    def _add(self, center: Array, terms: Array, ways: Sequence[tuple[Array, ...]], wraps: tuple[bool, bool]) -> None:
+        """Centres (n_u, n_v, 3) in frame units, coefficients in mm; breaks, references and widths along u and v."""
+        (breaks_u, reference_u, width_u), (breaks_v, reference_v, width_v) = ways
+        n_u, n_v, *orders = terms.shape[:4]
+        first = len(self._breaks)
+        starts = [first, first + n_u + 1, len(self._coefficient)]
         self._sheet.append(
-            [starts[0], n_u, n_v, orders[0] - 1, orders[1] - 1, *starts[1:], *(int(wraps) for wraps in surface.wraps)]
+            [len(self._patch), n_u, n_v, orders[0] - 1, orders[1] - 1, *starts, *(int(wrap) for wrap in wraps)]
         )
         patch = np.zeros((n_u, n_v, 7))
-        patch[..., :3] = self._frame.to_units(surface.center)
-        patch[..., 3], patch[..., 4] = surface.reference[0][:, None], surface.reference[1]
-        patch[..., 5], patch[..., 6] = 1 / surface.width[0][:, None], 1 / surface.width[1]
-        terms = surface.coefficient.copy()
+        patch[..., :3] = center
+        patch[..., 3], patch[..., 4] = reference_u[:, None], reference_v
+        patch[..., 5], patch[..., 6] = 1 / width_u[:, None], 1 / width_v
         terms[..., :3] /= self._frame.unit_mm
-        self._breaks = np.concatenate([self._breaks, *surface.breaks])
+        self._breaks = np.concatenate([self._breaks, breaks_u, breaks_v])
         self._patch = np.concatenate([self._patch, patch.reshape(-1, 7)])
         self._coefficient = np.concatenate([self._coefficient, terms.reshape(-1, 4)])
 
@@ -136,7 +172,10 @@ class _Sheets:
 
 
 def _guesses(
-    faces: Sequence[Array], surfaces: Sequence[Surface | None], frame: Frame, bounding_corners: Array
+    faces: Sequence[Array],
+    surfaces: Sequence[tuple[Surface, Lowered] | None],
+    frame: Frame,
+    bounding_corners: Array,
 ) -> dict[str, NDArray[Any]]:
     """Parameters of the corners of all triangles on B-splines.
 
@@ -144,10 +183,13 @@ def _guesses(
     """
     row = np.full(sum(len(corners) for corners in faces), -1, np.int32)
     parameters, start = [np.zeros((0, 3, 2))], 0
-    for corners, surface in zip(faces, surfaces, strict=True):
+    for corners, on_face in zip(faces, surfaces, strict=True):
+        surface, form = on_face or (None, None)
         if isinstance(surface, BSpline):
             row[start : start + len(corners)] = 0
-            parameters.append(surface.corner_parameters(corners))
+            uv = surface.corner_parameters(corners)
+            is_swapped = isinstance(form, Revolution) and form.along == 0
+            parameters.append(uv[..., ::-1] if is_swapped else uv)
         start += len(corners)
     on = row == 0
     row[on] = np.arange(on.sum())
@@ -192,24 +234,31 @@ def _outward(surface: Surface | None, corners: Array) -> float:
     return -1.0 if float(np.einsum("ij,ij->", area, own)) < 0 else 1.0
 
 
-def _numbers(surface: Surface, points: Array, frame: Frame) -> Array:
-    """The row of a surface in ``ExactTables.number``; ``points`` (n, 3) are vertices of one of its faces."""
-    unit = frame.unit_mm
+def _numbers(surface: Lowered, points: Array, frame: Frame) -> Array:
+    """The row of a surface in ``ExactTables.number``; ``points`` (n, 3) are vertices of one of its faces.
+
+    Points count from the frame's centre, so that a scene far from the origin has as many digits as one about it.
+    """
+    unit, middle = frame.unit_mm, frame.center_mm
     x, y, z = np.eye(3)
     shape: tuple[float, ...] = ()
+    points = points - middle
     near = points.mean(axis=0)
     if isinstance(surface, Plane):
-        near, x = surface.nearest(near[None])[0], surface.own_normal
-        y, z = _across(x)
+        x = surface.own_normal
+        near, (y, z) = near - ((near - (surface.point - middle)) @ x) * x, _across(x)
     elif isinstance(surface, Sphere):
-        x = surface.normal(near[None])[0]
-        near, (y, z) = surface.center + surface.radius * x, _across(x)
+        center = surface.center - middle
+        x = replace(surface, center=center).normal(near[None])[0]
+        near, (y, z) = center + surface.radius * x, _across(x)
         shape = (unit / surface.radius,)
     elif isinstance(surface, Cylinder):
+        surface = replace(surface, point=surface.point - middle)
         x, z = surface.normal(near[None])[0], surface.axis
         near, y = surface.nearest(near[None])[0], np.cross(z, x)
         shape = (unit / surface.radius,)
     elif isinstance(surface, Cone):
+        surface = replace(surface, apex=surface.apex - middle)
         sine, cosine = np.sin(surface.half_angle_rad), np.cos(surface.half_angle_rad)
         along = (points - surface.apex) @ surface.axis
         far = points[[np.argmax(along)]]  # any but the apex
@@ -221,11 +270,14 @@ def _numbers(surface: Surface, points: Array, frame: Frame) -> Array:
         shape = (unit / across, sine, cosine)
     elif isinstance(surface, BSpline):
         return np.pad([*surface.turns, surface.sign], (0, N_NUMBERS - 3))
+    elif isinstance(surface, Revolution):
+        near, (x, y, z) = surface.origin - middle, surface.axes
+        shape = (*surface.poles, surface.sign)
     else:
-        near, z = surface.center, surface.axis
+        near, z = surface.center - middle, surface.axis
         x, y = _across(z)
         shape = (surface.major / unit, surface.minor / unit)
-    row = np.concatenate([frame.to_units(near), x, y, z, shape])
+    row = np.concatenate([near / unit, x, y, z, shape])
     return np.pad(row, (0, N_NUMBERS - len(row)))
 
 

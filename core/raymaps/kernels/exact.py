@@ -17,14 +17,21 @@ from __future__ import annotations
 import math
 
 from raymaps.jit import kernel
+from raymaps.kernels.exact_axes import from_axes, to_axes
 from raymaps.kernels.exact_patches import height_over_patches, meet_patches, normal_of_patches, settle_on_patches
+from raymaps.kernels.exact_revolution import (
+    height_over_revolution,
+    meet_revolution,
+    normal_of_revolution,
+    settle_on_revolution,
+)
 from raymaps.kernels.exact_torus import torus_root
 from raymaps.kinds import ExactKind
 
 __all__ = ["height", "meet", "normal", "settle"]
 
 _PLANE, _SPHERE, _CYLINDER = int(ExactKind.PLANE), int(ExactKind.SPHERE), int(ExactKind.CYLINDER)
-_CONE, _PATCHES = int(ExactKind.CONE), int(ExactKind.PATCHES)
+_CONE, _PATCHES, _REVOLUTION = int(ExactKind.CONE), int(ExactKind.PATCHES), int(ExactKind.REVOLUTION)
 
 #: So far beyond a cone's apex, in distances of V from it, the other nappe is not told from this one.
 _AT_APEX = 2.0**-40
@@ -56,10 +63,12 @@ def meet(exact, surface, triangle, guess, towards, stands_on, px, py, pz, dx, dy
     (t, nx, ny, nz): distance and own unit normal there; t is NaN if there is no such crossing.
     """
     number, kind = exact.number[surface], exact.kind[surface]
+    if kind == _REVOLUTION:
+        return meet_revolution(exact, surface, triangle, guess, towards, stands_on, px, py, pz, dx, dy, dz)
     if kind == _PATCHES:
         return meet_patches(exact, surface, triangle, guess, towards, stands_on, px, py, pz, dx, dy, dz)
-    qx, qy, qz = _to_axes(number, px - number[0], py - number[1], pz - number[2])
-    ex, ey, ez = _to_axes(number, dx, dy, dz)
+    qx, qy, qz = to_axes(number, px - number[0], py - number[1], pz - number[2])
+    ex, ey, ez = to_axes(number, dx, dy, dz)
     if kind == _PLANE:
         t, nx, ny, nz = _meet_plane(qx, ex, towards, stands_on)
     elif kind == _SPHERE:
@@ -73,7 +82,7 @@ def meet(exact, surface, triangle, guess, towards, stands_on, px, py, pz, dx, dy
         nx, ny, nz = _torus_normal(number[12], qx + t * ex, qy + t * ey, qz + t * ez)
     if not math.isfinite(t):
         return _NONE
-    nx, ny, nz = _from_axes(number, nx, ny, nz)
+    nx, ny, nz = from_axes(number, nx, ny, nz)
     return t, nx, ny, nz
 
 
@@ -84,9 +93,11 @@ def height(exact, surface, x, y, z, triangle=-1):
     On a B-spline a triangle near the point tells where to search; without one all patches are looked at.
     """
     number, kind = exact.number[surface], exact.kind[surface]
+    if kind == _REVOLUTION:
+        return height_over_revolution(exact, surface, triangle, x, y, z)
     if kind == _PATCHES:
         return height_over_patches(exact, surface, triangle, x, y, z)
-    qx, qy, qz = _to_axes(number, x - number[0], y - number[1], z - number[2])
+    qx, qy, qz = to_axes(number, x - number[0], y - number[1], z - number[2])
     if kind == _PLANE:
         return qx
     if kind == _SPHERE:
@@ -102,9 +113,11 @@ def height(exact, surface, x, y, z, triangle=-1):
 def normal(exact, surface, x, y, z, triangle=-1):
     """The surface's own unit normal at a point on it or next to it; the triangle is as for `height`."""
     number, kind = exact.number[surface], exact.kind[surface]
+    if kind == _REVOLUTION:
+        return normal_of_revolution(exact, surface, triangle, x, y, z)
     if kind == _PATCHES:
         return normal_of_patches(exact, surface, triangle, x, y, z)
-    qx, qy, qz = _to_axes(number, x - number[0], y - number[1], z - number[2])
+    qx, qy, qz = to_axes(number, x - number[0], y - number[1], z - number[2])
     if kind == _PLANE:
         nx, ny, nz = 1.0, 0.0, 0.0
     elif kind == _SPHERE:
@@ -116,37 +129,19 @@ def normal(exact, surface, x, y, z, triangle=-1):
         nx, ny, nz = number[14] * ux, number[14] * uy, -number[13]
     else:
         nx, ny, nz = _torus_normal(number[12], qx, qy, qz)
-    return _from_axes(number, nx, ny, nz)
+    return from_axes(number, nx, ny, nz)
 
 
 @kernel
 def settle(exact, surface, triangle, x, y, z):
     """Nearest point of the surface to a point next to it, three numbers."""
+    if exact.kind[surface] == _REVOLUTION:
+        return settle_on_revolution(exact, surface, triangle, x, y, z)
     if exact.kind[surface] == _PATCHES:
         return settle_on_patches(exact, surface, triangle, x, y, z)
     above = height(exact, surface, x, y, z)
     nx, ny, nz = normal(exact, surface, x, y, z)
     return x - above * nx, y - above * ny, z - above * nz
-
-
-@kernel
-def _to_axes(number, x, y, z):
-    """Components of a vector along the surface's local axes."""
-    return (
-        x * number[3] + y * number[4] + z * number[5],
-        x * number[6] + y * number[7] + z * number[8],
-        x * number[9] + y * number[10] + z * number[11],
-    )
-
-
-@kernel
-def _from_axes(number, x, y, z):
-    """A vector from its components along the surface's local axes."""
-    return (
-        x * number[3] + y * number[6] + z * number[9],
-        x * number[4] + y * number[7] + z * number[10],
-        x * number[5] + y * number[8] + z * number[11],
-    )
 
 
 @kernel

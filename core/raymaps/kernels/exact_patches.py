@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 
 from raymaps.jit import inlined_kernel, kernel
+from raymaps.kernels.exact_axes import interval, shares
 
 __all__ = ["height_over_patches", "meet_patches", "normal_of_patches", "settle_on_patches"]
 
@@ -107,17 +108,8 @@ def _guess(exact, surface, triangle, x, y, z):
     row = _row(exact, triangle)
     if row < 0:
         return _nearest_patch(exact, surface, x, y, z)
-    corner, uv = exact.guess_corner[row], exact.guess_uv[row]
-    ax, ay, az = corner[1, 0] - corner[0, 0], corner[1, 1] - corner[0, 1], corner[1, 2] - corner[0, 2]
-    bx, by, bz = corner[2, 0] - corner[0, 0], corner[2, 1] - corner[0, 1], corner[2, 2] - corner[0, 2]
-    qx, qy, qz = x - corner[0, 0], y - corner[0, 1], z - corner[0, 2]
-    aa, ab, bb = ax * ax + ay * ay + az * az, ax * bx + ay * by + az * bz, bx * bx + by * by + bz * bz
-    qa, qb = qx * ax + qy * ay + qz * az, qx * bx + qy * by + qz * bz
-    determinant = aa * bb - ab * ab
-    if not determinant > 0.0:
-        return uv[0, 0], uv[0, 1]
-    f = min(max((qa * bb - qb * ab) / determinant, -0.5), 1.5)
-    g = min(max((qb * aa - qa * ab) / determinant, -0.5), 1.5)
+    f, g = shares(exact.guess_corner[row], x, y, z)
+    uv = exact.guess_uv[row]
     u = uv[0, 0] + f * (uv[1, 0] - uv[0, 0]) + g * (uv[2, 0] - uv[0, 0])
     v = uv[0, 1] + f * (uv[1, 1] - uv[0, 1]) + g * (uv[2, 1] - uv[0, 1])
     return _within(exact, surface, 0, u), _within(exact, surface, 1, v)
@@ -401,19 +393,11 @@ def _is_on_pole(exact, surface, v):
 def _patch(exact, surface, u, v):
     """Patch that holds parameters; the one at the border past it."""
     sheet = exact.sheet[surface]
-    return sheet[0] + _interval(exact, sheet[5], sheet[1], u) * sheet[2] + _interval(exact, sheet[6], sheet[2], v)
-
-
-@inlined_kernel
-def _interval(exact, first, n, x):
-    """Which of n intervals between breaks holds x, the outer ones what is past them; breaks are about even."""
-    begin, end = exact.breaks[first], exact.breaks[first + n]
-    k = min(max(int((x - begin) / (end - begin) * n), 0), n - 1)
-    while k > 0 and x < exact.breaks[first + k]:
-        k -= 1
-    while k < n - 1 and x >= exact.breaks[first + k + 1]:
-        k += 1
-    return k
+    return (
+        sheet[0]
+        + interval(exact.breaks, sheet[5], sheet[1], u) * sheet[2]
+        + interval(exact.breaks, sheet[6], sheet[2], v)
+    )
 
 
 @inlined_kernel
@@ -422,11 +406,11 @@ def _moved(exact, surface, u, v, du, dv):
     sheet, number = exact.sheet[surface], exact.number[surface]
     end = exact.breaks[sheet[6] + sheet[2]]
     has_pole = number[0] != 0.0 or number[1] != 0.0
-    j = sheet[6] + _interval(exact, sheet[6], sheet[2], v)
+    j = sheet[6] + interval(exact.breaks, sheet[6], sheet[2], v)
     most = exact.breaks[j + 1] - exact.breaks[j]
     share = min(1.0, most / abs(dv)) if dv != 0.0 else 1.0
     if not has_pole:
-        i = sheet[5] + _interval(exact, sheet[5], sheet[1], u)
+        i = sheet[5] + interval(exact.breaks, sheet[5], sheet[1], u)
         most = exact.breaks[i + 1] - exact.breaks[i]
         share = min(share, most / abs(du)) if du != 0.0 else share
     du, dv = share * du, share * dv

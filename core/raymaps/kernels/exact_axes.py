@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Local axes of exact surfaces, and where on a triangle a point is: what several of their kernels share."""
+
+from __future__ import annotations
+
+from raymaps.jit import inlined_kernel, kernel
+
+__all__ = ["from_axes", "interval", "shares", "to_axes"]
+
+
+@kernel
+def to_axes(number, x, y, z):
+    """Components of a vector along a surface's local axes."""
+    return (
+        x * number[3] + y * number[4] + z * number[5],
+        x * number[6] + y * number[7] + z * number[8],
+        x * number[9] + y * number[10] + z * number[11],
+    )
+
+
+@kernel
+def from_axes(number, x, y, z):
+    """A vector from its components along a surface's local axes."""
+    return (
+        x * number[3] + y * number[6] + z * number[9],
+        x * number[4] + y * number[7] + z * number[10],
+        x * number[5] + y * number[8] + z * number[11],
+    )
+
+
+@inlined_kernel
+def shares(corner, x, y, z):
+    """Shares f, g of the two sides at a triangle's first corner in the point of it next to (x, y, z), or a bit past."""
+    ax, ay, az = corner[1, 0] - corner[0, 0], corner[1, 1] - corner[0, 1], corner[1, 2] - corner[0, 2]
+    bx, by, bz = corner[2, 0] - corner[0, 0], corner[2, 1] - corner[0, 1], corner[2, 2] - corner[0, 2]
+    qx, qy, qz = x - corner[0, 0], y - corner[0, 1], z - corner[0, 2]
+    aa, ab, bb = ax * ax + ay * ay + az * az, ax * bx + ay * by + az * bz, bx * bx + by * by + bz * bz
+    qa, qb = qx * ax + qy * ay + qz * az, qx * bx + qy * by + qz * bz
+    determinant = aa * bb - ab * ab
+    if not determinant > 0.0:
+        return 0.0, 0.0
+    f = min(max((qa * bb - qb * ab) / determinant, -0.5), 1.5)
+    g = min(max((qb * aa - qa * ab) / determinant, -0.5), 1.5)
+    return f, g
+
+
+@inlined_kernel
+def interval(breaks, first, n, x):
+    """Which of n intervals between breaks holds x, the outer ones what is past them; breaks are about even."""
+    begin, end = breaks[first], breaks[first + n]
+    k = min(max(int((x - begin) / (end - begin) * n), 0), n - 1)
+    while k > 0 and x < breaks[first + k]:
+        k -= 1
+    while k < n - 1 and x >= breaks[first + k + 1]:
+        k += 1
+    return k
