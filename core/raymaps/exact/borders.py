@@ -150,7 +150,8 @@ def borders(meshes: Sequence[BodyMesh], surfaces: Sequence[ExactSurface | None])
         neighbour[here // 3, here % 3] = there // 3
         bend[here // 3, here % 3] = bends
         _add_corners(joined, here, there // 3, bends, neighbour, bend)
-    return Borders(neighbour, bend, beside, ~of_border[joined.vertex].any(axis=1))
+    inner = np.logical_not(of_border[joined.vertex].any(axis=1))
+    return Borders(neighbour, bend, beside, inner)
 
 
 def _partners(joined: Joined) -> tuple[Index, Index]:

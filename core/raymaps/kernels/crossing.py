@@ -93,26 +93,29 @@ def _trimmed(i, triangle, guess, way, agrees, leeway, wave, tables, boundary):
     Along a convex edge a body is what lies behind both faces' surfaces, along a concave one what lies behind either.
     Near an edge the bounding mesh may name the wrong one of them; NaN where the ray passes by the edge.
     """
-    t, nx, ny, nz, triangle = over_face(i, triangle, guess, way, wave, tables, boundary)
-    crossed = triangle
-    if boundary.inner[triangle]:
-        return t, nx, ny, nz, crossed
+    t, nx, ny, nz, crossed = np.nan, 0.0, 0.0, 0.0, triangle
     room = 0.0 if not agrees else (ROUNDING if way > 0 else ROUNDING_INWARDS)
-    for edge in range(boundary.neighbour.shape[1]):
-        other, bend = boundary.neighbour[triangle, edge], boundary.bend[triangle, edge]
-        if other < 0 or bend == 0:
+    for place in range(-1, boundary.neighbour.shape[1]):  # first its own face
+        other, bend, is_missed, beyond, off_facets = triangle, 0, True, 0.0, 0.0
+        if place >= 0:
+            other, bend = boundary.neighbour[triangle, place], boundary.bend[triangle, place]
+            if other < 0 or bend == 0:
+                continue
+            off_facets = AT_EDGE + leeway + 2.0 * (boundary.reach[triangle] + boundary.reach[other])
+            is_missed = not math.isfinite(t)
+            if not is_missed:
+                near_edge = off_facets + abs(t - guess)  # so far it may be from the triangle that was hit
+                if leeway == 0.0 and _is_clear(i, other, t, 2.0 * near_edge, wave, tables, boundary):
+                    continue
+                beyond = bend * height_over_face(i, other, t, wave, tables, boundary)
+                if not room < beyond <= near_edge:
+                    continue
+        s, sx, sy, sz, other = over_face(i, other, guess if is_missed else t, way, wave, tables, boundary)
+        if place < 0:
+            t, nx, ny, nz, triangle, crossed = s, sx, sy, sz, other, other
+            if boundary.inner[triangle]:
+                break
             continue
-        off_facets = AT_EDGE + leeway + 2.0 * (boundary.reach[triangle] + boundary.reach[other])
-        is_missed = not math.isfinite(t)
-        beyond = 0.0
-        if not is_missed:
-            near_edge = off_facets + abs(t - guess)  # so far it may be from the triangle that was hit
-            if leeway == 0.0 and _is_clear(i, other, t, 2.0 * near_edge, wave, tables, boundary):
-                continue
-            beyond = bend * height_over_face(i, other, t, wave, tables, boundary)
-            if not room < beyond <= near_edge:
-                continue
-        s, sx, sy, sz = _with_face(i, other, guess if is_missed else t, way, wave, tables, boundary)
         if math.isfinite(s):
             past = bend * height_over_face(i, triangle, s, wave, tables, boundary)
             steep = abs(sx * wave.direction[i, 0] + sy * wave.direction[i, 1] + sz * wave.direction[i, 2])
@@ -131,27 +134,29 @@ def over_face(i, triangle, guess, way, wave, tables, boundary):
     A ray that grazes a face crosses it some triangles away from where it meets the bounding mesh. Where one face goes
     on smoothly into another, that is crossed on whose side of the edge the crossing is; NaN if neither is.
     """
-    t, nx, ny, nz = _with_face(i, triangle, guess, way, wave, tables, boundary)
-    aside = boundary.reach[triangle] if boundary.inner[triangle] else 0.0
-    if not abs(t - guess) > AT_EDGE + STEEP * aside:
-        return t, nx, ny, nz, triangle
+    t, nx, ny, nz = guess, 0.0, 0.0, 0.0
+    before, edge, is_met = -1, 0, False
     for _ in range(MAX_STEPS):
-        beyond = -1
-        for edge in range(3):
-            other = boundary.beside[triangle, edge]
-            if other >= 0 and _is_past_edge(i, triangle, edge, t, nx, ny, nz, wave, boundary):
-                same = tables.triangle_face[other] == tables.triangle_face[triangle]
-                if same or boundary.bend[triangle, edge] == 0:
-                    beyond = other
-                    break
-        if beyond < 0:
-            break
-        if not same:
-            s, sx, sy, sz = _with_face(i, beyond, t, way, wave, tables, boundary)
-            if not _is_past_edge(i, triangle, edge, s, nx, ny, nz, wave, boundary) and abs(s - t) > ROUNDING:
-                s = np.nan
+        if not is_met:
+            s, sx, sy, sz = _with_face(i, triangle, t, way, wave, tables, boundary)
+            is_met = True
+            if before < 0:
+                aside = boundary.reach[triangle] if boundary.inner[triangle] else 0.0
+                if not abs(s - guess) > AT_EDGE + STEEP * aside:
+                    return s, sx, sy, sz, triangle
+            elif not _is_past_edge(i, before, edge, s, nx, ny, nz, wave, boundary) and abs(s - t) > ROUNDING:
+                return np.nan, sx, sy, sz, triangle
             t, nx, ny, nz = s, sx, sy, sz
-        triangle = beyond
+        before = triangle
+        for edge in range(3):
+            other = boundary.beside[before, edge]
+            if other >= 0 and _is_past_edge(i, before, edge, t, nx, ny, nz, wave, boundary):
+                is_met = tables.triangle_face[other] == tables.triangle_face[before]
+                if is_met or boundary.bend[before, edge] == 0:
+                    triangle = other
+                    break
+        if triangle == before:
+            break
     return t, nx, ny, nz, triangle
 
 
@@ -182,10 +187,10 @@ def _is_elsewhere(i, triangle, t, leeway, wave, tables, boundary):
 def _is_clear(i, triangle, t, distance, wave, tables, boundary):
     """Whether the point at distance t of ray i is further from a triangle's plane than a distance.
 
-    Asked of B-splines only: heights over them take time, above all far from them.
+    Asked of B-splines only, patches and profiles: heights over them take time, above all far from them.
     """
     surface = boundary.exact.face[tables.triangle_face[triangle]]
-    if surface < 0 or boundary.exact.kind[surface] != _PATCHES:
+    if surface < 0 or boundary.exact.kind[surface] < _PATCHES:
         return False
     plane = tables.plane[triangle]
     return abs(height_above(plane, wave.position[i]) + t * along(wave, i, plane)) > distance
