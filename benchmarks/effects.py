@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -162,7 +163,7 @@ def measure_effect_costs(folder: Path, rays: int, repeats: int) -> list[EffectCo
     compiled = {name: compile_scene(scene) for name, scene in variants.items()}
     tracers = {name: Tracer(one, 1) for name, one in compiled.items()}
     timings, portions = alternate(
-        {name: (lambda tracer=tracer: tracer.trace_portion(0, rays)) for name, tracer in tracers.items()},  # type: ignore[misc]
+        {name: partial(tracer.trace_portion, 0, rays) for name, tracer in tracers.items()},
         repeats, budget_s=120.0,
     )  # fmt: skip
     costs = []

@@ -11,6 +11,7 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -76,7 +77,7 @@ def measure_exact(folder: Path, rays: int, repeats: int, rounds: int) -> tuple[l
             for tolerance_mm in tolerances
         ]
         timings, _ = alternate(
-            {f"{b.surfaces} {b.tolerance_mm}": (lambda b=b: b.trace(rays)) for b in benches},  # type: ignore[misc]
+            {f"{b.surfaces} {b.tolerance_mm}": partial(b.trace, rays) for b in benches},
             repeats, budget_s=60.0,
         )  # fmt: skip
         for b in benches:
@@ -89,7 +90,7 @@ def measure_exact(folder: Path, rays: int, repeats: int, rounds: int) -> tuple[l
             if b.surfaces == "exact":
                 same = faceted[b.tolerance_mm]
                 ratio = paired(
-                    lambda same=same: same.trace(rays), {"exact": lambda b=b: b.trace(rays)},  # type: ignore[misc]
+                    partial(same.trace, rays), {"exact": partial(b.trace, rays)},
                     rounds, budget_s=30.0,
                 )  # fmt: skip
                 costs.append(ExactCost(name, b.tolerance_mm, ratio["exact"]))

@@ -118,7 +118,7 @@ def simulate(
         MapWriter.create(path, manifest, scene, compiled.meshes, compiled.ray_sets)
 
     if on_note and not kept_machine_code():
-        on_note("Compiling for this machine; that happens once and takes about half a minute.")
+        on_note("Compiling for this machine; that happens once and takes a minute or two.")
     from raymaps.trace import Tracer  # imports the kernels
 
     tables = compiled.tables

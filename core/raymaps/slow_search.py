@@ -19,8 +19,10 @@ __all__ = ["MAX_SEARCHES", "SlowSearch"]
 
 #: How often a search may be taken up again behind a hit that is no crossing.
 MAX_SEARCHES = 16
-#: Triangles that are looked at for a ray.
-MAX_PROPOSED = 128
+#: Triangles that are looked at for a ray: one that runs along a rod has all of its strips around it.
+MAX_PROPOSED = 1024
+#: Rays that are looked at in one go, for the sake of memory.
+BATCH = 1024
 
 
 class SlowSearch:
@@ -39,8 +41,10 @@ class SlowSearch:
 
     def decide(self, rays: NDArray[np.int32], wave: Wave) -> None:
         """Let rays arrive somewhere or leave; kill those for which nothing agrees with the solids that they are in."""
-        if not len(rays):
-            return
+        for first in range(0, len(rays), BATCH):
+            self._decide(rays[first : first + BATCH], wave)
+
+    def _decide(self, rays: NDArray[np.int32], wave: Wave) -> None:
         tables, boundary = self._tables, self._boundary
         shape = len(rays), MAX_PROPOSED
         hits, ways, guesses = np.empty(shape, np.int32), np.empty(shape, np.int8), np.empty(shape)

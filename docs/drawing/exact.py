@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -36,7 +37,7 @@ def draw_exact(folder: Path) -> Figure:
         for tolerance in tolerances
     }  # fmt: skip
     timings, _ = alternate(
-        {f"{s} {t}": (lambda b=b: b.trace(_N_TIMED)) for (s, t), b in benches.items()},  # type: ignore[misc]
+        {f"{s} {t}": partial(b.trace, _N_TIMED) for (s, t), b in benches.items()},
         _ROUNDS, budget_s=60.0,
     )  # fmt: skip
     seconds = {key: timings[f"{key[0]} {key[1]}"].scaled(1e6 / _N_TIMED) for key in benches}

@@ -31,8 +31,13 @@ SMOOTH_RAD = math.radians(0.5)
 class ExactSurface(Protocol):
     """What is asked of a surface of `raymaps.exact.surfaces`."""
 
-    def normal(self, points: Float, /) -> Float: ...  # noqa: D102
-    def height(self, points: Float, /) -> Float: ...  # noqa: D102
+    def normal(self, points: Float, /) -> Float:
+        """Own unit normals at points on it, (n, 3)."""
+        ...
+
+    def height(self, points: Float, /) -> Float:
+        """Signed distances of points along the own normal, (n,)."""
+        ...
 
 
 class Joined(NamedTuple):

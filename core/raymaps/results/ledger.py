@@ -38,8 +38,8 @@ def energy_ledger(raymap: RayMap) -> Ledger:
     """Add up where the light of all rays of a map went.
 
     Light that is recorded as killed did not end by physics: ``depth`` is the limit of events a ray,
-    ``numerical`` a ray that lost its way, ``medium_mismatch`` a ray that met the boundary of another medium than the
-    one it travelled in, because bodies overlap or touch.
+    ``numerical`` a ray that lost its way; ``medium_mismatch``, in maps of older versions only, a ray that met the
+    boundary of another medium than the one it travelled in.
     """
     names, watts = raymap.names, raymap.ray_flux_w
     entries = [entry for portion in raymap.portions for entry in portion.summary.ledger]
