@@ -70,23 +70,16 @@ def meet_revolution(exact, surface, triangle, guess, towards, stands_on, px, py,
 @kernel
 def height_over_revolution(exact, surface, triangle, x, y, z):
     """Signed distance along the own normal of a point next to the surface."""
-    number = exact.number[surface]
-    qx, qy, qz = to_axes(number, x - number[0], y - number[1], z - number[2])
-    radius = math.hypot(qx, qy)
-    v = guess_profile(exact, surface, triangle, x, y, z, radius, qz)
-    v = settle_on_profile(exact, surface, v, radius, qz)
+    _, _, qz, radius, v = _nearest(exact, surface, triangle, x, y, z)
     r, h, r1, h1, _, _, _ = profile(exact, surface, v)
-    return number[14] * ((radius - r) * h1 - (qz - h) * r1) / math.sqrt(r1 * r1 + h1 * h1)
+    return exact.number[surface, 14] * ((radius - r) * h1 - (qz - h) * r1) / math.sqrt(r1 * r1 + h1 * h1)
 
 
 @kernel
 def normal_of_revolution(exact, surface, triangle, x, y, z):
     """Own unit normal at the nearest point."""
+    qx, qy, _, _, v = _nearest(exact, surface, triangle, x, y, z)
     number = exact.number[surface]
-    qx, qy, qz = to_axes(number, x - number[0], y - number[1], z - number[2])
-    radius = math.hypot(qx, qy)
-    v = guess_profile(exact, surface, triangle, x, y, z, radius, qz)
-    v = settle_on_profile(exact, surface, v, radius, qz)
     _, _, r1, h1, _, _, _ = profile(exact, surface, v)
     nx, ny, nz = _normal(number, h1, -r1, qx, qy)
     return from_axes(number, nx, ny, nz)
@@ -96,14 +89,21 @@ def normal_of_revolution(exact, surface, triangle, x, y, z):
 def settle_on_revolution(exact, surface, triangle, x, y, z):
     """Nearest point of the surface, three numbers."""
     number = exact.number[surface]
-    qx, qy, qz = to_axes(number, x - number[0], y - number[1], z - number[2])
-    radius = math.hypot(qx, qy)
-    v = guess_profile(exact, surface, triangle, x, y, z, radius, qz)
-    v = settle_on_profile(exact, surface, v, radius, qz)
+    qx, qy, _, radius, v = _nearest(exact, surface, triangle, x, y, z)
     r, h, _, _, _, _, _ = profile(exact, surface, v)
     ux, uy = (qx / radius, qy / radius) if radius > 0.0 else (1.0, 0.0)
     x, y, z = from_axes(number, r * ux, r * uy, h)
     return number[0] + x, number[1] + y, number[2] + z
+
+
+@inlined_kernel
+def _nearest(exact, surface, triangle, x, y, z):
+    """A point in local axes, its distance from the axis, and the parameter of the profile that is nearest to it."""
+    number = exact.number[surface]
+    qx, qy, qz = to_axes(number, x - number[0], y - number[1], z - number[2])
+    radius = math.hypot(qx, qy)
+    v = guess_profile(exact, surface, triangle, x, y, z, radius, qz)
+    return qx, qy, qz, radius, settle_on_profile(exact, surface, v, radius, qz)
 
 
 @inlined_kernel
