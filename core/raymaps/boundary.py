@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.exact import ExactTables, Fallback, exact_faces, lower_exact
-from raymaps.exact.borders import borders
+from raymaps.exact.borders import borders, join
 from raymaps.exact.bounding import bounding_corners
 from raymaps.frame import Frame
 from raymaps.geometry import BodyMesh
 from raymaps.names import Names
 from raymaps.scene import Scene
-from raymaps.solids import lower_solids
+from raymaps.solids import CONTACT, lower_solids
+from raymaps.solids.nearby import nearby_triangles
 
 __all__ = ["Boundary", "LoweredBoundary", "SmoothFacets", "lower_boundary"]
 
@@ -31,6 +32,10 @@ class Boundary(NamedTuple):
     bend: NDArray[np.int8]  # (n_triangles, 4) edge between them: 1 convex, -1 concave, 0 smooth
     beside: NDArray[np.int32]  # (n_triangles, 3) triangle beyond each edge, of whatever face, -1 none
     inner: NDArray[np.bool_]  # (n_triangles,) no corner is at another face
+    near_start: NDArray[np.int32]  # (n_triangles + 1,) where the list of each triangle in the next column begins
+    near: NDArray[
+        np.int32
+    ]  # (n_near,) triangles so near that exact surfaces may have another order than facets
     exact: ExactTables
     solid: NDArray[np.int32]  # (n_faces,) solid that the face bounds, -1 none
     solid_medium: NDArray[np.int16]  # (n_solids,) medium of each solid, -1 none
@@ -80,11 +85,19 @@ def lower_boundary(scene: Scene, meshes: tuple[BodyMesh, ...], names: Names, fra
     exact = lower_exact(meshes, found, frame, bounds.corners)
     edges = borders(meshes, found.surfaces)
     reach = bounds.reach / frame.unit_mm
+    starts = np.cumsum([0, *(len(mesh.face_names) for mesh in meshes)])
+    triangle_face = np.concatenate(
+        [np.zeros(0, np.int64), *(m.triangle_face + start for m, start in zip(meshes, starts[:-1], strict=True))]
+    )
     solids = lower_solids(scene, meshes, names, frame, exact.face >= 0, corners, reach)
+    near = nearby_triangles(
+        corners, reach, CONTACT, [len(mesh.triangles) for mesh in meshes], join(meshes).vertex,
+        exact.face[triangle_face].astype(np.int64),
+    )  # fmt: skip
     n_words = max(1, -(-len(solids.medium) // 64))
     tables = Boundary(
-        corners, reach, solids.slack, edges.neighbour, edges.bend, edges.beside, edges.inner, exact,
-        solids.face_solid, solids.medium,
+        corners, reach, solids.slack, edges.neighbour, edges.bend, edges.beside, edges.inner,
+        near.start, near.triangle, exact, solids.face_solid, solids.medium,
         _bits(solids.medium >= 0, n_words), _bits(solids.reaches_far, n_words),
     )  # fmt: skip
     for array in (*tables, *exact):

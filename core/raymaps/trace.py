@@ -32,6 +32,10 @@ from raymaps.wave import Found, RunKey, Wave
 __all__ = ["Tracer"]
 
 
+#: Crossings of triangles that are near to what a ray meets, beside those.
+ROOM = 8
+
+
 class _Stage(NamedTuple):
     """A kernel of an effect, what it reads, and the media or kinds of surfaces that it acts on."""
 
@@ -196,7 +200,7 @@ class Tracer:
             direction = np.empty((len(searching), 3), np.float32)
             transport.start(searching, wave, tables, boundary, searched, origin, direction)
             triangle, distance = self._intersector.find(origin, direction)
-            found, ways = Found.allocate(*triangle.shape), np.zeros(triangle.shape, np.int8)
+            found, ways = Found.allocate(len(triangle), triangle.shape[1] + ROOM), np.zeros(triangle.shape, np.int8)
             if not transport.locate(
                 searching, wave, tables, boundary, searched, triangle, ways, searched[:, None] + distance, found, False
             ):

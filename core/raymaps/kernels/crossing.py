@@ -60,8 +60,8 @@ def along(wave, i, normal):
 def crossing(i, triangle, way, guess, leeway, wave, tables, boundary):
     """What crossing the face of a triangle of the bounding mesh outwards (``way`` 1) or inwards (-1) means to ray i.
 
-    A crossing that agrees with where the ray is may lie behind it by rounding; with a solid that it does not stand on,
-    by a ``leeway``.
+    A crossing that agrees with where the ray is may lie behind it by rounding. With a ``leeway`` the triangle may be
+    that far from the crossing.
 
     Returns
     -------
@@ -79,10 +79,7 @@ def crossing(i, triangle, way, guess, leeway, wave, tables, boundary):
     if solid < 0:
         return (CROSSED if t > wave.passed[i] else NONE), t, nx, ny, nz, crossed
     if agrees:
-        standing = wave.triangle[i]
-        if standing >= 0 and boundary.solid[tables.triangle_face[standing]] == solid:
-            leeway = 0.0  # what it has met of this solid is behind it
-        return (CROSSED if height >= -near - leeway else NONE), max(t, wave.passed[i]), nx, ny, nz, crossed
+        return (CROSSED if height >= -near else NONE), max(t, wave.passed[i]), nx, ny, nz, crossed
     return (STRAY if height > near else NONE), t, nx, ny, nz, crossed
 
 

@@ -14,8 +14,9 @@ from raymaps.kinds import SurfaceKind
 
 __all__ = ["MAX_PASSES", "end_at", "keep", "settle", "sort", "undo_passes"]
 
-#: Silent passes into and out of overlapped solids that are kept for each ray, should it be scattered before them.
-MAX_PASSES = 4
+#: Silent passes into and out of overlapped solids that are kept for each ray, should it be scattered before them; one
+#: that has passed more is lost then, and counted.
+MAX_PASSES = 16
 #: Cosine between normals of facets that run alongside each other.
 ALONGSIDE = 0.94
 
@@ -142,12 +143,18 @@ def _note_pass(wave, i, t, solid):
     if wave.n_passes[i] < MAX_PASSES:
         wave.pass_t[i, wave.n_passes[i]] = t
         wave.pass_solid[i, wave.n_passes[i]] = solid
-        wave.n_passes[i] += 1
+    wave.n_passes[i] = min(wave.n_passes[i] + 1, MAX_PASSES + 1)
 
 
 @inlined_kernel
 def undo_passes(wave, i, distance):
-    """Take back what ray i passed beyond a distance, where it is scattered before it gets there."""
-    for k in range(wave.n_passes[i]):
+    """Take back what ray i passed beyond a distance, where it is scattered before it gets there.
+
+    Returns
+    -------
+    bool, whether all that it passed is known
+    """
+    for k in range(min(wave.n_passes[i], MAX_PASSES)):
         if wave.pass_t[i, k] > distance:
             toggle(wave.inside[i], wave.pass_solid[i, k])
+    return wave.n_passes[i] <= MAX_PASSES

@@ -17,6 +17,7 @@ from raymaps.kinds import EventKind
 __all__ = ["run", "scatter"]
 
 _MEDIUM_SCATTERING = int(EventKind.MEDIUM_SCATTERING)
+_NUMERICAL = int(EventKind.KILLED_NUMERICAL)
 #: Whether and how a medium scatters (`raymaps.effects.medium_scattering.Data.mode`).
 _CLEAR, _GREY = 0, 1
 
@@ -71,9 +72,8 @@ def run(active, wave, tables, data, key, depth):
         for axis in range(3):
             wave.end[i, axis] = wave.position[i, axis] + way * wave.direction[i, axis]
         wave.distance[i] = way
-        undo_passes(wave, i, way)
         wave.hit[i] = -1
-        wave.state[i] = _MEDIUM_SCATTERING
+        wave.state[i] = _MEDIUM_SCATTERING if undo_passes(wave, i, way) else _NUMERICAL
 
 
 @kernel

@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from raymaps.jit import inlined_kernel, kernel
-from raymaps.kernels.crossing import AT_EDGE, CONTACT, CROSSED, NONE, STRAY, along, crossing, height_above, is_over
+from raymaps.kernels.crossing import AT_EDGE, CONTACT, NONE, STRAY, along, crossing, height_above, is_over
 from raymaps.kernels.interface import end_at, keep, settle
 from raymaps.kinds import EventKind
 
@@ -121,21 +121,37 @@ def locate(rays, wave, tables, boundary, advance, hits, ways, guesses, found, sl
             unsettled += 1
             continue
         count, first, first_stray = 0, np.inf, np.inf
-        for c in range(hits.shape[1]):
-            hit = hits[k, c]
-            if hit < 0:
+        limit = np.inf  # beyond it triangles near those that are met do not matter yet
+        n_found = hits.shape[1]
+        n_near = 0 if slowly else _count_near(wave.triangle[i], boundary) + _count_near(hits[k, 0], boundary)
+        for c in range(n_found + 2 * n_near):
+            if c < n_found:
+                hit, guess, way = hits[k, c], guesses[k, c], ways[k, c]
+                if hit < 0:
+                    continue
+                if way == 0:
+                    way = 1 if along(wave, i, tables.plane[hit]) > 0.0 else -1
+            else:
+                if c == n_found and hits[k, 0] >= 0:
+                    limit = first if count > 0 else guesses[k, 0]
+                hit = _near(wave.triangle[i], hits[k, 0], (c - n_found) // 2, boundary)
+                guess, turn = _where_it_may_cross(i, hit, wave, tables, boundary)
+                way = 1 if c % 2 == 0 else -1
+                if math.isnan(guess) or turn * way < 0:
+                    continue
+            is_asked = slowly or c >= n_found  # and not met
+            leeway = _around(hit, boundary) if is_asked else 0.0
+            verdict, t, nx, ny, nz, triangle = crossing(i, hit, way, guess, leeway, wave, tables, boundary)
+            if verdict == NONE or t > limit + CONTACT:
                 continue
-            way = ways[k, c] if ways[k, c] != 0 else (1 if along(wave, i, tables.plane[hit]) > 0.0 else -1)
-            leeway = _around(hit, boundary) if slowly else 0.0
-            verdict, t, nx, ny, nz, triangle = crossing(i, hit, way, guesses[k, c], leeway, wave, tables, boundary)
-            if slowly and verdict != NONE:
+            if is_asked:
                 p, d = wave.position[i], wave.direction[i]
                 x, y, z = p[0] + t * d[0], p[1] + t * d[1], p[2] + t * d[2]
                 if not is_over(x, y, z, boundary.corners[triangle], leeway):
                     continue
             if verdict == STRAY:
                 first_stray = min(first_stray, t)
-            elif verdict == CROSSED:
+            elif count < found.t.shape[1]:
                 keep(found, k, count, t, nx, ny, nz, triangle)
                 count += 1
                 first = min(first, t)
@@ -155,6 +171,21 @@ def locate(rays, wave, tables, boundary, advance, hits, ways, guesses, found, sl
         if wave.state[i] >= DOUBTFUL and wave.state[i] != PENDING:
             unsettled += 1
     return unsettled
+
+
+@inlined_kernel
+def _count_near(triangle, boundary):
+    """How many triangles are so near to one that they are asked as well."""
+    return boundary.near_start[triangle + 1] - boundary.near_start[triangle] if triangle >= 0 else 0
+
+
+@inlined_kernel
+def _near(standing, hit, k, boundary):
+    """Triangle k of those near the one that a ray stands on, and then of those near the one that it has hit."""
+    n = _count_near(standing, boundary)
+    return (
+        boundary.near[boundary.near_start[standing] + k] if k < n else boundary.near[boundary.near_start[hit] + k - n]
+    )
 
 
 @inlined_kernel

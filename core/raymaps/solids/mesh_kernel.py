@@ -11,6 +11,7 @@ from raymaps.jit import kernel
 
 __all__ = [
     "are_close",
+    "close_pairs",
     "crossing_depth",
     "distances_to",
     "mark_close",
@@ -106,6 +107,22 @@ def mark_close(pairs, corners, radius, found, close):
         if are_close(corners[i], corners[j], radius[i] + radius[j]):
             close[i] = close[j] = found = True
     return found
+
+
+@kernel
+def close_pairs(pairs, corners, radius, is_close):
+    """Tell which pairs of triangles are no farther apart than the sum of their radii.
+
+    Parameters
+    ----------
+    pairs : (n, 2) int64
+    corners : (n_triangles, 3 corners, 3) float64
+    radius : (n_triangles,) float64
+    is_close : (n,) bool, filled
+    """
+    for k in range(len(pairs)):
+        i, j = pairs[k, 0], pairs[k, 1]
+        is_close[k] = are_close(corners[i], corners[j], radius[i] + radius[j])
 
 
 @kernel
