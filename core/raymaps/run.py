@@ -77,7 +77,7 @@ def simulate(
         Trace until a figure is known so well, see `raymaps.target.rule`; a map that is resumed goes on to the one that
         it was asked for, unless ``rays`` says how many it shall have. ``on_note`` is told how it went.
     time_limit_s : float, optional
-        Begin no further portion after so many seconds; one is traced in any case.
+        Begin no further portion after so many seconds; a new map gets at least one.
 
     Returns
     -------

@@ -110,7 +110,7 @@ class Tracing:
         return self.time_limit_s is not None and self.elapsed_s >= self.time_limit_s
 
     def to(self, n_rays: int, watch: Watch | None = None) -> RayMap:
-        """Trace what the map lacks of its first ``n_rays``; less if time is up, but at least one portion of them all.
+        """Trace what the map lacks of its first ``n_rays``; less if time is up, but at least one portion of a new map.
 
         Raises
         ------
@@ -167,7 +167,7 @@ class Tracing:
         with tempfile.TemporaryDirectory(prefix="raymaps-pilot-") as folder:
             found = dict(_in_threads(trace_and_see, iter(pieces), self._threads, lambda begun: self._stop.is_set()))
         if self._stop.is_set():
-            raise Interrupted("Stopped in the pilot, before any ray was stored; go on with --resume.")
+            raise Interrupted("Stopped in the pilot; go on with --resume.")
         return [found[first] for first in sorted(found)]
 
     def tell_pilot(self, rays: int, hits: int, error: float | None, most: int) -> None:
