@@ -29,11 +29,13 @@ if TYPE_CHECKING:
     from raymaps.run import open_map, simulate
     from raymaps.scene import Scene, load_scene
     from raymaps.store import RayMap
+    from raymaps.target import Target
 
 __all__ = [
     "RayMap",
     "RayMapsError",
     "Scene",
+    "Target",
     "__version__",
     "distinct_paths",
     "energy_ledger",
@@ -49,6 +51,7 @@ __all__ = [
 _MODULES = {
     "RayMap": "raymaps.store",
     "Scene": "raymaps.scene",
+    "Target": "raymaps.target",
     "distinct_paths": "raymaps.results.paths",
     "energy_ledger": "raymaps.results.ledger",
     "evaluate_detector": "raymaps.results.detector",

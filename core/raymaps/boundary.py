@@ -33,9 +33,7 @@ class Boundary(NamedTuple):
     beside: NDArray[np.int32]  # (n_triangles, 3) triangle beyond each edge, of whatever face, -1 none
     inner: NDArray[np.bool_]  # (n_triangles,) no corner is at another face
     near_start: NDArray[np.int32]  # (n_triangles + 1,) where the list of each triangle in the next column begins
-    near: NDArray[
-        np.int32
-    ]  # (n_near,) triangles so near that exact surfaces may have another order than facets
+    near: NDArray[np.int32]  # (n_near,) triangles so near that exact surfaces may have another order than facets
     exact: ExactTables
     solid: NDArray[np.int32]  # (n_faces,) solid that the face bounds, -1 none
     solid_medium: NDArray[np.int16]  # (n_solids,) medium of each solid, -1 none

@@ -19,10 +19,21 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from raymaps.errors import Interrupted, RayMapsError
+from raymaps.target_options import (
+    TargetDetector,
+    TargetEllipse,
+    TargetError,
+    TargetRect,
+    TargetWhere,
+    TimeLimit,
+    duration_s,
+    four,
+    target_asked,
+)
+from raymaps.tellers import ProgressStyle, teller_of
 from raymaps.units import format_bytes, format_duration, format_quantity, format_with_error
 
 if TYPE_CHECKING:
-    from raymaps.run import Progress
     from raymaps.store import RayMap
 
 __all__ = ["app", "main"]
@@ -37,14 +48,6 @@ app = typer.Typer(
     "Example: `raymaps trace lens.scene.json -o lens.raymap`, then "
     '`raymaps query lens.raymap "hit(Barrel) & detector(Sensor)"`.',
 )
-
-
-class ProgressStyle(str, Enum):
-    """How a run tells how far it is."""
-
-    bar = "bar"
-    json = "json"
-    none = "none"
 
 
 class StoredLight(str, Enum):
@@ -118,11 +121,24 @@ def _print_json(data: dict[str, Any]) -> None:
     _say(json.dumps(data, ensure_ascii=False))
 
 
-@app.command()
+@app.command(
+    epilog="Examples: `raymaps trace lamp.scene.json -o lamp.raymap --rays 1000000`; to know what the detector Screen "
+    "registers to 1 %, with 10 million rays and in 5 minutes at most: `raymaps trace lamp.scene.json -o lamp.raymap "
+    "--target Screen --target-error 1% --rays 10000000 --time-limit 5min`."
+)
 def trace(
     scene: SceneFile,
     output: Annotated[Path, typer.Option("--output", "-o", metavar="MAP", help="Ray Map to make.")],
-    rays: Annotated[int | None, typer.Option(min=1, help="Number of rays; by default the scene's.")] = None,
+    rays: Annotated[
+        int | None,
+        typer.Option(min=1, help="Number of rays; by default the scene's. With a target the most, then 100 times it."),
+    ] = None,
+    target_error: TargetError = None,
+    target: TargetDetector = None,
+    target_rect: TargetRect = None,
+    target_ellipse: TargetEllipse = None,
+    target_where: TargetWhere = None,
+    time_limit: TimeLimit = None,
     seed: Annotated[int | None, typer.Option(min=0, max=2**64 - 1, help="Seed; by default the scene's.")] = None,
     threads: Annotated[int | None, typer.Option(min=1, max=1024, help="By default one a processor.")] = None,
     store: Annotated[
@@ -136,28 +152,36 @@ def trace(
 
     Ctrl-C stops after the portions that are being traced; the map is valid and `--resume` goes on with it.
     """
+    aim = target_asked(target_error, target, four(target_rect, "--target-rect"),
+                       four(target_ellipse, "--target-ellipse"), target_where)  # fmt: skip
+    time_limit_s = duration_s(time_limit)
+    from raymaps.results.info import target_line
     from raymaps.results.ledger import energy_ledger
     from raymaps.run import simulate
 
     stop = threading.Event()
     _stop_on_signals(stop)
     style = progress or (ProgressStyle.bar if sys.stderr.isatty() else ProgressStyle.none)
-    with _teller(style, output) as teller:
+    with teller_of(style, output, _print_json) as teller:
         raymap = simulate(
             scene, output, rays=rays, seed=seed, threads=threads, resume=resume, portion_rays=portion,
             store=store.value if store else None, on_progress=teller.progress, on_note=teller.note, stop=stop,
+            target=aim, time_limit_s=time_limit_s,
         )  # fmt: skip
     ledger = energy_ledger(raymap)
     if style is ProgressStyle.json:
         fluxes = {key: getattr(ledger, key) for key in ("emitted_w", "absorbed_w", "escaped_w", "killed_w")}
         done = {"event": "done", "map": str(output), "rays": raymap.n_rays, "events": raymap.n_events}
-        _print_json({**done, "elapsed_s": round(teller.elapsed_s, 3), **fluxes})
+        aimed = {"target": raymap.manifest.target} if raymap.manifest.target else {}
+        _print_json({**done, "elapsed_s": round(teller.elapsed_s, 3), **fluxes, **aimed})
         return
     _say(
         f"{output}: {raymap.n_rays} rays, {raymap.n_events} events, {format_bytes(raymap.n_bytes)}, "
         f"{format_duration(teller.elapsed_s)}"
     )
     _say(_ledger_line(ledger))
+    if raymap.manifest.target:
+        _say(target_line(raymap.manifest.target))
     _say_switched_off(raymap)
 
 
@@ -177,91 +201,6 @@ def _stop_on_signals(stop: threading.Event) -> None:
 
     for name in ("SIGINT", "SIGTERM"):
         signal.signal(getattr(signal, name), handle)
-
-
-class _Teller:
-    """Tells nothing but remembers the time; the base of those that tell how far a run is."""
-
-    def __init__(self) -> None:
-        self.elapsed_s = 0.0
-
-    def __enter__(self) -> _Teller:
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        pass
-
-    def progress(self, at: Progress) -> None:
-        """After each portion."""
-        self.elapsed_s = at.elapsed_s
-
-    def note(self, text: str) -> None:
-        """A sentence worth telling."""
-        print(text, file=sys.stderr)
-
-
-class _JsonTeller(_Teller):
-    """One JSON object a line on standard output."""
-
-    def __init__(self, output: Path):
-        super().__init__()
-        self._output = output
-        self._started = False
-
-    def progress(self, at: Progress) -> None:
-        super().progress(at)
-        if not self._started:
-            self._started = True
-            self._say({"event": "start", "map": str(self._output), "rays": at.of, "done_rays": at.rays})
-        remaining = None if at.remaining_s is None else round(at.remaining_s, 3)
-        self._say(
-            {
-                "event": "progress",
-                "rays": at.rays,
-                "of": at.of,
-                "elapsed_s": round(at.elapsed_s, 3),
-                "remaining_s": remaining,
-            }
-        )
-
-    def note(self, text: str) -> None:
-        self._say({"event": "note", "text": text})
-
-    def _say(self, data: dict[str, Any]) -> None:
-        _print_json(data)
-        sys.stdout.flush()
-
-
-class _BarTeller(_Teller):
-    """A bar on standard error."""
-
-    def __enter__(self) -> _BarTeller:
-        from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-        self._bar = Progress(
-            TextColumn("tracing"), BarColumn(), MofNCompleteColumn(), TextColumn("rays"), TimeRemainingColumn(),
-            console=Console(stderr=True),
-        )  # fmt: skip
-        self._task = self._bar.add_task("rays", total=None)
-        self._bar.start()
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        self._bar.stop()
-
-    def progress(self, at: Progress) -> None:
-        super().progress(at)
-        self._bar.update(self._task, completed=at.rays, total=at.of)
-
-    def note(self, text: str) -> None:
-        self._bar.console.print(text)
-
-
-def _teller(style: ProgressStyle, output: Path) -> _Teller:
-    if style is ProgressStyle.json:
-        return _JsonTeller(output)
-    return _BarTeller() if style is ProgressStyle.bar else _Teller()
 
 
 @app.command()
@@ -363,18 +302,6 @@ def _pair(text: str | None, option: str, separator: str = "x") -> tuple[int, int
     return int(parts[0]), int(parts[1])
 
 
-def _four(text: str | None, option: str) -> tuple[float, float, float, float] | None:
-    if text is None:
-        return None
-    try:
-        a, b, c, d = (float(part) for part in text.split(","))
-    except ValueError:
-        raise typer.BadParameter(
-            f"four numbers in mm as in -1,-1,1,1 are wanted, got '{text}'", param_hint=option
-        ) from None
-    return a, b, c, d
-
-
 @app.command()
 def detector(
     map_: MapFolder,
@@ -405,7 +332,7 @@ def detector(
         raise typer.BadParameter("a region is a rectangle or an ellipse, not both", param_hint="--ellipse")
     evaluated = evaluate_detector(
         RayMap.open(map_), name, resolution=_pair(resolution, "--resolution"), max_angle_deg=max_angle, source=source,
-        where=where, rect=_four(rect, "--rect"), ellipse=_four(ellipse, "--ellipse"),
+        where=where, rect=four(rect, "--rect"), ellipse=four(ellipse, "--ellipse"),
     )  # fmt: skip
     if output is not None:
         evaluated.write(output)

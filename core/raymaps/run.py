@@ -6,16 +6,19 @@ from __future__ import annotations
 import os
 import threading
 import time
-from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from raymaps.errors import Interrupted, MapError, OutputError, TraceError
+from raymaps.errors import MapError, OutputError, TraceError
 from raymaps.scene import Scene, load_scene
 from raymaps.store import MAP_VERSION, Manifest, MapWriter, RayMap, Stored
-from raymaps.traced import FaceIndex
+from raymaps.tracing import Progress, Tracing
 from raymaps.version import __version__
+
+if TYPE_CHECKING:
+    from raymaps.target import Course, Target
 
 __all__ = ["Progress", "open_map", "simulate"]
 
@@ -26,14 +29,8 @@ open_map = RayMap.open
 LARGEST_PORTION, SMALLEST_PORTION = 65_536, 4_096
 
 
-@dataclass(frozen=True)
-class Progress:
-    """How far a run is; ``rays`` counts all that are stored, also by an earlier run."""
-
-    rays: int
-    of: int
-    elapsed_s: float
-    remaining_s: float | None
+#: A run to a target traces at most so many times the scene's rays, unless it is told a number.
+MOST_FOR_TARGET = 100
 
 
 def simulate(
@@ -49,6 +46,8 @@ def simulate(
     on_progress: Callable[[Progress], None] | None = None,
     on_note: Callable[[str], None] | None = None,
     stop: threading.Event | None = None,
+    target: Target | None = None,
+    time_limit_s: float | None = None,
 ) -> RayMap:
     """Trace a scene and store it as a Ray Map.
 
@@ -59,7 +58,8 @@ def simulate(
     scene : Scene, or path of a scene file
     path : path of the map, which must not exist unless ``resume``
     rays, seed : int, optional
-        In place of the scene's settings; a map that is resumed goes on to the number that it was asked for.
+        In place of the scene's settings; a map that is resumed goes on to the number that it was asked for. With a
+        target the most rays; by default 100 times the scene's.
     threads : int, optional
         Portions traced at the same time; by default one for each processor.
     resume : bool
@@ -73,6 +73,11 @@ def simulate(
         Called after each portion; called with a sentence worth telling.
     stop : threading.Event, optional
         Once set, no further portion is begun.
+    target : Target, optional
+        Trace until a figure is known so well, see `raymaps.target.rule`; a map that is resumed goes on to the one that
+        it was asked for, unless ``rays`` says how many it shall have. ``on_note`` is told how it went.
+    time_limit_s : float, optional
+        Begin no further portion after so many seconds; a new map gets at least one.
 
     Returns
     -------
@@ -82,6 +87,8 @@ def simulate(
     ------
     SceneError, OutputError, MapError
         If the scene can't be simulated, the map not written, or the map to resume is of another scene or seed.
+    CriterionError, TraceError
+        If the target names what the scene has not, or a number is out of range.
     Interrupted
         If ``stop`` was set before all rays were traced; the map is valid.
     """
@@ -99,7 +106,13 @@ def simulate(
     )
     if os.path.lexists(path) and not resume:
         raise OutputError(f"'{path}' exists already: name another output, delete it, or go on with it by --resume.")
+    if time_limit_s is not None and not time_limit_s > 0:
+        raise TraceError(f"The time limit must be above 0 s, got {time_limit_s:g} s.")
     compiled = compile_scene(scene)
+    if target is not None:
+        from raymaps.target import check_target
+
+        check_target(target, compiled.names, scene.detectors)
     if os.path.lexists(path):
         manifest = _resumable(Manifest.read(path), path, compiled.scene_hash, seed)
         n_rays = manifest.rays_asked if rays is None else rays
@@ -119,36 +132,42 @@ def simulate(
 
     if on_note and not kept_machine_code():
         on_note("Compiling for this machine; that happens once and takes a minute or two.")
-    from raymaps.trace import Tracer  # imports the kernels
 
-    tables = compiled.tables
-    writer = MapWriter(path, FaceIndex(tables.triangle_face, tables.face_body, tables.face_surface))
-    with writer.alone():
-        raymap = RayMap.open(path)
-        if n_rays != manifest.rays_asked:
-            Manifest(**{**manifest.__dict__, "rays_asked": max(n_rays, raymap.n_rays)}).write(path)
-        missing = raymap.missing_rays(n_rays)
-        stored = raymap.n_rays
-        present = sum(max(0, min(p.first_ray + p.n_rays, n_rays) - p.first_ray) for p in raymap.portions)
-        total = stored + n_rays - min(present, n_rays)
-        tracer = Tracer(compiled, manifest.seed)
+    def how_stored() -> Stored:
+        return _stored(store() if callable(store) else store or scene.settings.store)
 
-        def trace_and_store(first_ray: int, n: int) -> int:
-            history = tracer.trace_portion(first_ray, n)
-            writer.write(history, _stored(store() if callable(store) else store or scene.settings.store))
-            return n
+    tracing = Tracing(
+        compiled, path, manifest.seed, threads=threads or os.cpu_count() or 1, store=how_stored,
+        stop=stop or threading.Event(), started=started, time_limit_s=time_limit_s, on_progress=on_progress,
+        on_note=on_note,
+    )  # fmt: skip
+    with tracing.writer.alone():
+        present = RayMap.open(path).n_rays
+        course = _course(manifest, target, rays, scene.settings.rays)
+        if course is not None:
+            from raymaps.target import reach
 
-        before = stored
-        if on_progress:
-            on_progress(Progress(stored, total, time.monotonic() - started, None))
-        for n in _in_threads(trace_and_store, missing, threads or os.cpu_count() or 1, stop or threading.Event()):
-            stored += n
-            elapsed = time.monotonic() - started
-            if on_progress:
-                on_progress(Progress(stored, total, elapsed, elapsed * (total - stored) / max(stored - before, 1)))
-    if stored < total:
-        raise Interrupted(f"Stopped after {stored} of {total} rays; go on with --resume.")
-    return RayMap.open(path)
+            def size(n: int) -> int:
+                return manifest.portion_rays if present or portion_rays else _portion_rays(n, compiled.bands.n)
+
+            replace(manifest, target=course.to_dict()).write(path)
+            return reach(tracing, course, scene.settings.rays, size)
+        if n_rays != manifest.rays_asked or manifest.target:
+            replace(manifest, rays_asked=max(n_rays, present), target=None).write(path)
+        raymap = tracing.to(n_rays)
+    if raymap.n_rays < n_rays:
+        tracing.note(f"Stopped at the time limit after {raymap.n_rays} of {n_rays} rays; go on with --resume.")
+    return raymap
+
+
+def _course(manifest: Manifest, target: Target | None, rays: int | None, usual_rays: int) -> Course | None:
+    """The way to a target, new or as far as an earlier run went; None if a number of rays was given."""
+    if target is None and (manifest.target is None or rays is not None):
+        return None
+    from raymaps.target import Course
+
+    most = rays if rays is not None else min(MOST_FOR_TARGET * usual_rays, 10**12)
+    return Course(target, most) if target is not None else Course.from_dict(manifest.target or {})
 
 
 def _check_numbers(**limits: tuple[int | None, int, int]) -> None:
@@ -180,22 +199,3 @@ def _portion_rays(n_rays: int, n_bands: int) -> int:
     """About 32 portions, so that progress shows, within what is good for speed and memory."""
     largest = max(SMALLEST_PORTION, LARGEST_PORTION * 32 // max(n_bands, 32))
     return min(largest, max(SMALLEST_PORTION, 1 << (n_rays // 32).bit_length()))
-
-
-def _in_threads(
-    work: Callable[[int, int], int], items: Iterator[tuple[int, int]], threads: int, stop: threading.Event
-) -> Iterator[int]:
-    """Results of the work as they come; a failure or a set ``stop`` lets only what has begun come to its end."""
-    with ThreadPoolExecutor(threads, thread_name_prefix="trace") as pool:
-        running: set[Future[int]] = set()
-        try:
-            while True:
-                while len(running) < threads and not stop.is_set() and (item := next(items, None)):
-                    running.add(pool.submit(work, *item))
-                if not running:
-                    return
-                done, running = wait(running, return_when=FIRST_COMPLETED)
-                for future in done:
-                    yield future.result()
-        finally:
-            stop.set()

@@ -32,7 +32,10 @@ def test_every_command_explains_itself(raymaps, command):
 
 
 OPTIONS = {
-    "trace": ["-o", "--rays", "--seed", "--threads", "--store", "--resume", "--progress"],
+    "trace": [
+        "-o", "--rays", "--seed", "--threads", "--store", "--resume", "--progress", "--target-error", "--target",
+        "--target-rect", "--target-ellipse", "--target-where", "--time-limit",
+    ],
     "info": ["--json"],
     "query": ["--limit", "--json"],
     "paths": ["--where", "--json"],
@@ -41,7 +44,7 @@ OPTIONS = {
     "explain": ["--json"],
     "view": ["--where", "-o"],
     "check": ["--json"],
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("command", OPTIONS)

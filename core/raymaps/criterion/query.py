@@ -19,7 +19,7 @@ from raymaps.errors import CriterionError
 if TYPE_CHECKING:
     from raymaps.store import Portion, RayMap
 
-__all__ = ["QueryResult", "matches", "query", "rays_per_source"]
+__all__ = ["QueryResult", "decided", "matches", "query", "rays_per_source"]
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def query(raymap: RayMap, criterion: Criterion | str | None = None, limit: int |
             raymap.rays_of_source,
             found_of_source,
             found_of_source,
-            _decided(bound, raymap.rays_of_source),
+            decided(bound, raymap.rays_of_source),
         )
         flux_w, stderr_w = float(flux), float(stderr)
     return QueryResult(
@@ -120,7 +120,7 @@ def rays_per_source(portion: Portion, n_sources: int, rays: NDArray[np.int64] | 
     return np.bincount(portion.signatures.ray_source, of_signature, n_sources).astype(np.int64)
 
 
-def _decided(bound: Bound, rays_of_source: NDArray[np.int64]) -> NDArray[np.bool_]:
+def decided(bound: Bound, rays_of_source: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Sources whose flux is known by the criterion's logic alone: none of their rays match, or all that there are."""
     verdicts = bound.on_sources(len(rays_of_source))
     return (verdicts.always & (rays_of_source > 0)) | ~verdicts.maybe

@@ -10,7 +10,7 @@ so nothing has to be simulated again. Detectors on faces and of the far field re
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from raymaps.criterion import Area, Criterion, Ellipse, Rectangle, inside_area
 from raymaps.errors import CriterionError, unknown_name
 from raymaps.on_the_way import light_on_the_way
-from raymaps.results.cells import Samples, Sums, rows_that_match, sum_samples
+from raymaps.results.cells import Samples, rows_that_match, sum_samples
 from raymaps.results.detector_map import DetectorMap
 from raymaps.results.detector_result import OVER_AREA, cell_rgb_w, common_fields
 from raymaps.results.figures import Asked, Statistic, asked_rays, photometric, radiometric
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from raymaps.results.far_field import FarFieldMap
     from raymaps.store import Portion, RayMap
 
-__all__ = ["MAX_CELLS", "DetectorMap", "Statistic", "evaluate_detector"]
+__all__ = ["MAX_CELLS", "DetectorMap", "Statistic", "checked_region", "crossing_samples", "evaluate_detector"]
 
 #: How many cells a detector may be divided into.
 MAX_CELLS = 4_000_000
@@ -83,12 +83,7 @@ def evaluate_detector(
         raise CriterionError(
             f"The acceptance angle must be above 0 and at most {largest_deg} degrees, got {max_angle_deg:g}."
         )
-    area = _region(rect, ellipse)
-    if area is not None and not isinstance(detector, RectangleDetector):
-        what = "the far field" if isinstance(detector, FarFieldDetector) else "faces"
-        raise CriterionError(
-            f"Detector '{name}' is one of {what}: a rect or ellipse can only be cut out of a rectangle; leave it out."
-        )
+    area = checked_region(name, detector, rect, ellipse)
     asked = asked_rays(raymap, source, where)
     if isinstance(detector, FaceDetector):
         from raymaps.results.face_detector import evaluate_faces
@@ -114,12 +109,8 @@ def _evaluate_rectangle(
     x_edges_mm, y_edges_mm = cell_edges_mm(detector.width_mm, n_x), cell_edges_mm(detector.height_mm, n_y)
     cell_area_mm2 = cell_areas_mm2(x_edges_mm, y_edges_mm, area)
     area_mm2 = float(cell_area_mm2.sum())
-    if not area_mm2 > 0:
-        raise CriterionError(
-            f"The region lies outside detector '{name}', which reaches {detector.width_mm / 2:g} mm along x and "
-            f"{detector.height_mm / 2:g} mm along y from its centre."
-        )
-    sums = _sum_crossings(raymap, name, detector, asked, resolution, max_angle_deg, area)
+    samples_of = crossing_samples(raymap, name, detector, asked, resolution, max_angle_deg, area)
+    sums = sum_samples(raymap, samples_of, (n_x * n_y,))
     counting = cell_area_mm2 > 0
     centres = np.stack(np.meshgrid(cell_centres_mm(x_edges_mm), cell_centres_mm(y_edges_mm)), axis=-1).reshape(-1, 2)
     if area is not None:
@@ -150,16 +141,16 @@ def _evaluate_rectangle(
     )
 
 
-def _sum_crossings(
+def crossing_samples(
     raymap: RayMap,
     name: str,
     detector: RectangleDetector,
     asked: Asked,
-    resolution: tuple[int, int],
-    max_angle_deg: float | None,
-    area: Area | None,
-) -> Sums:
-    """Sums over the crossings that count."""
+    resolution: tuple[int, int] = (1, 1),
+    max_angle_deg: float | None = None,
+    area: Area | None = None,
+) -> Callable[[Portion], Samples | None]:
+    """What of a portion a rectangle counts, as a function of the portion; parameters as of `evaluate_detector`."""
     from raymaps.results.cells_kernel import rectangle_cells
 
     index = raymap.names.detectors.index(name)
@@ -178,7 +169,7 @@ def _sum_crossings(
         rectangle_cells(rows, xy_mm, (detector.width_mm, detector.height_mm), resolution, cell)
         return Samples(portion.crossing_ray[rows], lights, light_row, np.zeros(0, np.int64), (cell,))
 
-    return sum_samples(raymap, samples_of, (resolution[0] * resolution[1],))
+    return samples_of
 
 
 def _counted(
@@ -196,7 +187,13 @@ def _counted(
     return rows if area is None else rows[inside_area(area, portion.crossing_xy_mm[rows])]
 
 
-def _region(rect: Sequence[float] | None, ellipse: Sequence[float] | None) -> Area | None:
+def checked_region(
+    name: str,
+    detector: RectangleDetector | FaceDetector | FarFieldDetector,
+    rect: Sequence[float] | None,
+    ellipse: Sequence[float] | None,
+) -> Area | None:
+    """Region of a detector, None for all of it; raises `CriterionError` where it can't have that one."""
     if rect is not None and ellipse is not None:
         raise CriterionError("The region of a detector is a rectangle or an ellipse, not both.")
     numbers = rect if rect is not None else ellipse
@@ -204,7 +201,19 @@ def _region(rect: Sequence[float] | None, ellipse: Sequence[float] | None) -> Ar
         return None
     if len(numbers) != 4:
         raise CriterionError(f"The region of a detector takes four numbers in mm, got {len(numbers)}.")
-    return Rectangle(*numbers) if rect is not None else Ellipse(*numbers)
+    area = Rectangle(*numbers) if rect is not None else Ellipse(*numbers)
+    if not isinstance(detector, RectangleDetector):
+        what = "the far field" if isinstance(detector, FarFieldDetector) else "faces"
+        raise CriterionError(
+            f"Detector '{name}' is one of {what}: a rect or ellipse can only be cut out of a rectangle; leave it out."
+        )
+    x_edges_mm, y_edges_mm = cell_edges_mm(detector.width_mm, 1), cell_edges_mm(detector.height_mm, 1)
+    if not cell_areas_mm2(x_edges_mm, y_edges_mm, area).sum() > 0:
+        raise CriterionError(
+            f"The region lies outside detector '{name}', which reaches {detector.width_mm / 2:g} mm along x and "
+            f"{detector.height_mm / 2:g} mm along y from its centre."
+        )
+    return area
 
 
 def _checked_resolution(resolution: tuple[int, int]) -> tuple[int, int]:

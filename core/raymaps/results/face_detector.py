@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,7 +26,7 @@ from raymaps.scene import FaceDetector
 if TYPE_CHECKING:
     from raymaps.store import Portion, RayMap
 
-__all__ = ["FaceMap", "evaluate_faces"]
+__all__ = ["FaceMap", "evaluate_faces", "face_samples"]
 
 Float = NDArray[np.float64]
 
@@ -135,33 +136,13 @@ def evaluate_faces(
     cells = divided(mesh, faces, CELLS if resolution is None else resolution[0] * resolution[1])
     if not cells.patch_area_mm2.sum() > 0:
         raise CriterionError(f"Detector '{name}': its faces have no area.")
-    first_face = next(i for i, (owner, _) in enumerate(raymap.names.faces) if owner == body)
-    first_triangle = sum(len(other.triangles) for other in raymap.meshes[:body])
-    wanted = np.zeros(len(raymap.names.faces) + 1, bool)
-    wanted[first_face + np.asarray(faces)] = True
-    hit = np.ones(256, bool)
-    hit[list(_NO_HIT)] = False
-    absorbed = detector.measure == "absorbed"
-    if absorbed:
-        hit[list(KILL_REASONS)] = False
 
-    def samples_of(portion: Portion) -> Samples | None:
-        table = portion.signatures
-        rows = np.flatnonzero((hit[table.kind] & wanted[table.face])[portion.event_step])
-        ray = np.searchsorted(portion.event_offsets, rows, side="right") - 1
-        rows = rows_that_match(portion, asked.bound, rows, ray)
-        if max_angle_deg is not None and len(rows):
-            rows = rows[_within(raymap, portion, rows, math.radians(max_angle_deg))]
-        if not len(rows):
-            return None
-        ray = np.searchsorted(portion.event_offsets, rows, side="right") - 1
-        place_mm = portion.position_mm[rows].astype(np.float64)
-        lights, light_row = light_on_the_way(raymap, portion, rows - 1, lambda some: place_mm[some])
-        less = portion.event_light[rows].astype(np.int64) if absorbed else np.zeros(0, np.int64)
-        cell = cells.cell_of(mesh, portion.triangle[rows].astype(np.int64) - first_triangle, place_mm)
-        return Samples(ray, lights, light_row, less, (cell, cells.patch[cell]))
+    def cells_of(triangle: NDArray[np.int64], place_mm: Float) -> tuple[NDArray[np.int64], ...]:
+        cell = cells.cell_of(mesh, triangle, place_mm)
+        return cell, cells.patch[cell]
 
     n_patches = len(cells.patch_area_mm2)
+    samples_of = face_samples(raymap, name, detector, asked, max_angle_deg, cells_of)
     sums = sum_samples(raymap, samples_of, (len(cells.area_mm2), n_patches))
     counting = cells.is_whole
     watts = radiometric(raymap, asked, sums, 1, cells.patch_area_mm2, counting)
@@ -189,6 +170,52 @@ def evaluate_faces(
         cell_flux_rgb_w=cell_rgb_w(raymap, sums, 0),
         **seen,
     )
+
+
+def face_samples(
+    raymap: RayMap,
+    name: str,
+    detector: FaceDetector,
+    asked: Asked,
+    max_angle_deg: float | None = None,
+    cells_of: Callable[[NDArray[np.int64], Float], tuple[NDArray[np.int64], ...]] | None = None,
+) -> Callable[[Portion], Samples | None]:
+    """What of a portion a detector on faces counts, as a function of the portion.
+
+    Parameters
+    ----------
+    cells_of : function, optional
+        Of the triangles of the body that light met, and of where, to the cells of each division.
+    """
+    body = raymap.names.bodies.index(detector.body)
+    faces = raymap.meshes[body].face_indices(detector.faces, f"Detector '{name}'")
+    first_face = next(i for i, (owner, _) in enumerate(raymap.names.faces) if owner == body)
+    first_triangle = sum(len(other.triangles) for other in raymap.meshes[:body])
+    wanted = np.zeros(len(raymap.names.faces) + 1, bool)
+    wanted[first_face + np.asarray(faces)] = True
+    hit = np.ones(256, bool)
+    hit[list(_NO_HIT)] = False
+    absorbed = detector.measure == "absorbed"
+    if absorbed:
+        hit[list(KILL_REASONS)] = False
+
+    def samples_of(portion: Portion) -> Samples | None:
+        table = portion.signatures
+        rows = np.flatnonzero((hit[table.kind] & wanted[table.face])[portion.event_step])
+        ray = np.searchsorted(portion.event_offsets, rows, side="right") - 1
+        rows = rows_that_match(portion, asked.bound, rows, ray)
+        if max_angle_deg is not None and len(rows):
+            rows = rows[_within(raymap, portion, rows, math.radians(max_angle_deg))]
+        if not len(rows):
+            return None
+        ray = np.searchsorted(portion.event_offsets, rows, side="right") - 1
+        place_mm = portion.position_mm[rows].astype(np.float64)
+        lights, light_row = light_on_the_way(raymap, portion, rows - 1, lambda some: place_mm[some])
+        less = portion.event_light[rows].astype(np.int64) if absorbed else np.zeros(0, np.int64)
+        triangle = portion.triangle[rows].astype(np.int64) - first_triangle
+        return Samples(ray, lights, light_row, less, cells_of(triangle, place_mm) if cells_of else ())
+
+    return samples_of
 
 
 def _within(raymap: RayMap, portion: Portion, rows: NDArray[np.int64], largest_rad: float) -> NDArray[np.bool_]:

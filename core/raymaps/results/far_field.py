@@ -8,6 +8,7 @@ from the stored places of its ends.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,7 +27,7 @@ from raymaps.scene import FarFieldDetector
 if TYPE_CHECKING:
     from raymaps.store import Portion, RayMap
 
-__all__ = ["BEAM_LEVELS", "FarFieldMap", "evaluate_far_field"]
+__all__ = ["BEAM_LEVELS", "FarFieldMap", "evaluate_far_field", "far_field_samples"]
 
 Float = NDArray[np.float64]
 
@@ -174,13 +175,10 @@ def evaluate_far_field(
     largest_rad = math.pi if max_angle_deg is None else math.radians(max_angle_deg)
     goniometer = Goniometer(*resolution, largest_rad)
     axes = detector.axes
-    left = EventKind.LEFT
     doubts: list[tuple[float, float, int]] = []  # of each portion: light, its squared errors, rays without direction
 
     def samples_of(portion: Portion) -> Samples | None:
-        ray = np.flatnonzero((portion.signatures.ending == left)[portion.ray_signature])
-        ray = rows_that_match(portion, asked.bound, ray, ray)
-        row = portion.event_offsets[ray + 1] - 1
+        ray, row = _left(portion, asked)
         way = portion.position_mm[row].astype(np.float64) - portion.position_mm[row - 1]
         length = np.linalg.norm(way, axis=1)
         x, y, z = (way @ axes.T).T
@@ -230,6 +228,24 @@ def evaluate_far_field(
         intensity_stderr_w_per_sr=intensity_stderr,
         **seen,
     )
+
+
+def far_field_samples(asked: Asked) -> Callable[[Portion], Samples | None]:
+    """Light of a portion that left the scene, in whatever direction, as a function of the portion."""
+
+    def samples_of(portion: Portion) -> Samples | None:
+        ray, row = _left(portion, asked)
+        light = portion.event_light[row].astype(np.int64)
+        return Samples(ray, portion.lights, light, np.zeros(0, np.int64), ())
+
+    return samples_of
+
+
+def _left(portion: Portion, asked: Asked) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Rays of a portion that left the scene and match, and their last events."""
+    ray = np.flatnonzero((portion.signatures.ending == EventKind.LEFT)[portion.ray_signature])
+    ray = rows_that_match(portion, asked.bound, ray, ray)
+    return ray, portion.event_offsets[ray + 1] - 1
 
 
 def _intensities(figures: Figures, measure: Float, goniometer: Goniometer) -> tuple[Float, Float]:

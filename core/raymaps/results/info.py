@@ -9,9 +9,9 @@ from typing import Any
 from raymaps.results.ledger import Ledger, energy_ledger
 from raymaps.results.lost import Lost, lost_lines, lost_rays, lost_words
 from raymaps.store import RayMap
-from raymaps.units import format_bytes, format_quantity
+from raymaps.units import format_bytes, format_quantity, format_with_error
 
-__all__ = ["MapInfo", "map_info"]
+__all__ = ["MapInfo", "map_info", "target_line"]
 
 #: Share of the light below which a figure is rounding, and shown as 0.
 ROUNDING = 1e-9
@@ -34,6 +34,7 @@ class MapInfo:
     program: str
     names: dict[str, Any]
     rays_of_source: dict[str, int]
+    target: dict[str, Any] | None
     without: list[str]
     ledger: Ledger
     lost: tuple[Lost, ...]
@@ -53,6 +54,7 @@ class MapInfo:
             f"content  {self.content_hash}",
             *(f"{what:<10}{', '.join(values) or '-'}" for what, values in names.items()),
             *([f"{'without':<10}{', '.join(self.without)} (switched off)"] if self.without else []),
+            *([target_line(self.target)] if self.target else []),
             "",
             *self._ledger_lines(),
             *(["", f"lost      {lost_words(self.lost)}", *lost_lines(self.lost)] if self.lost else []),
@@ -92,7 +94,23 @@ def map_info(raymap: RayMap) -> MapInfo:
             "faces": [manifest.names.face_label(i) for i in range(len(manifest.names.faces))],
         },
         rays_of_source=dict(zip(raymap.names.sources, (int(n) for n in raymap.rays_of_source), strict=True)),
+        target=manifest.target,
         without=list(raymap.scene.settings.without),
         ledger=energy_ledger(raymap),
         lost=lost_rays(raymap),
     )
+
+
+def target_line(target: dict[str, Any]) -> str:
+    """What error a run was to reach, what it reached, and how its number of rays was chosen."""
+    told = f"{'target':<10}{target['percent']:g} % of {target['quantity'] or 'what is least certain'}: "
+    if not target["stages"]:
+        return f"{told}stopped in the pilot"
+    reached = target["reached_percent"]
+    if reached is not None:
+        told += format_with_error(target["flux_w"], target["flux_stderr_w"]) + f" is {reached:.3g} %"
+    else:
+        told += "nothing arrived" if target["ended"] else "not reached yet"
+    pilot = f"a pilot of {target['pilot_rays']} rays with {target['pilot_hits']} hits"
+    extended = f", extended to {', '.join(map(str, target['stages'][1:]))}" if target["stages"][1:] else ""
+    return f"{told}; {pilot} asked for {target['stages'][0]}{extended}"

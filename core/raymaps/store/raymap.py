@@ -27,7 +27,7 @@ from raymaps.scene import CrossingsSource, FaceGroup, Geometry, RaysSource, Scen
 from raymaps.store.lights import Stored
 from raymaps.store.portion import Portion
 from raymaps.store.sealed import seal, unseal
-from raymaps.store.summary import PortionSummary
+from raymaps.store.summary import PortionSummary, folder_name
 from raymaps.store.writing import write_portion
 from raymaps.traced import FaceIndex, TracedPortion
 
@@ -61,6 +61,9 @@ class Manifest:
         Bands of its light.
     version : int
         Version of the format.
+    target : dict or None
+        What error the run was to reach and how its number of rays was chosen, as `raymaps.target.Course.to_dict` says;
+        None if the number was given.
     """
 
     seed: int
@@ -72,10 +75,13 @@ class Manifest:
     program: str
     bands: Bands = RGB_BANDS
     version: int = MAP_VERSION
+    target: dict[str, Any] | None = None
 
     def to_json(self) -> str:
         """As text."""
         data = {**self.__dict__, "names": self.names.to_dict(), "bands": self.bands.to_dict()}
+        if self.target is None:
+            del data["target"]
         return seal({"format": MAP_FORMAT, **data})
 
     @classmethod
@@ -112,6 +118,7 @@ class Manifest:
                 program=str(data["program"]),
                 bands=RGB_BANDS if version == 1 else Bands.from_dict(data["bands"]),
                 version=version,
+                target=None if data.get("target") is None else dict(data["target"]),
             )
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             raise damaged from error
@@ -150,6 +157,13 @@ class RayMap:
         return cls(
             path, manifest, [Portion.open(folder, manifest.names, manifest.bands) for folder in _portion_folders(path)]
         )
+
+    def of_portions(self, portions: Sequence[Portion]) -> RayMap:
+        """The same map with other portions; what was read of its scene is not read again."""
+        other = RayMap(self.path, self.manifest, portions)
+        shared = ("scene", "meshes", "exact_faces", "source_flux_w")
+        other.__dict__.update({name: self.__dict__[name] for name in shared if name in self.__dict__})
+        return other
 
     @cached_property
     def scene(self) -> Scene:
@@ -312,16 +326,30 @@ class MapWriter:
             If it can't be written, for instance because the disk is full; what was committed before stays valid.
         """
         try:
-            manifest = self._manifest
-            return write_portion(
-                self.path / PORTIONS_FOLDER, history, manifest.names, self._faces, manifest.bands, stored
-            )
+            return self._write(self.path / PORTIONS_FOLDER, history, stored)
         except OSError as error:
             raise OutputError(
                 f"Ray Map '{self.path}': the rays from {history.first_ray} on can't be written "
                 f"({(error.strerror or str(error)).lower()}); make room and go on with --resume: what was stored is "
                 "kept."
             ) from error
+
+    def portion(self, summary: PortionSummary) -> Portion:
+        """A portion that was written."""
+        folder = self.path / PORTIONS_FOLDER / folder_name(summary.first_ray)
+        return Portion(folder, self._manifest.names, self._manifest.bands, summary)
+
+    def apart(self, history: TracedPortion, stored: Stored, folder: Path) -> Portion:
+        """Write a portion that is not the map's to another folder; raises `OutputError`."""
+        try:
+            summary = self._write(folder, history, stored)
+        except OSError as error:
+            raise OutputError(f"'{folder}' can't be written: {(error.strerror or str(error)).lower()}.") from error
+        place = folder / folder_name(summary.first_ray)
+        return Portion(place, self._manifest.names, self._manifest.bands, summary)
+
+    def _write(self, folder: Path, history: TracedPortion, stored: Stored) -> PortionSummary:
+        return write_portion(folder, history, self._manifest.names, self._faces, self._manifest.bands, stored)
 
 
 def _scene_in_map(scene: Scene, meshes: Sequence[BodyMesh]) -> Scene:

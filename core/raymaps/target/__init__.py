@@ -1,0 +1,10 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""A target in place of a number of rays: trace until a figure is known to so many percent, without bias."""
+
+from raymaps.target.aim import Target
+from raymaps.target.course import Course
+from raymaps.target.quantities import Quantity, check_target, quantities
+from raymaps.target.reach import reach
+from raymaps.target.rule import Tally
+
+__all__ = ["Course", "Quantity", "Tally", "Target", "check_target", "quantities", "reach"]
