@@ -79,7 +79,7 @@ def measure_speed(scene: Scene, rays: int, threads: tuple[int, ...], repeats: in
     prepare, _ = repeat(lambda: Tracer(compile_scene(scene), seed), 3)
     tracer = Tracer(compiled, seed)
     recorded = _record(compiled, seed, spans)
-    embree = tracer._intersector._scene  # the very scene that the tracer searches
+    embree = tracer._intersector._all._scene  # the very scene that the tracer searches
     assert embree is not None
     path = folder / "timed.raymap"
 
