@@ -14,9 +14,10 @@ from raymaps.exact.borders import borders, join
 from raymaps.exact.bounding import bounding_corners
 from raymaps.frame import Frame
 from raymaps.geometry import BodyMesh
+from raymaps.kinds import CONTACT
 from raymaps.names import Names
 from raymaps.scene import Scene
-from raymaps.solids import CONTACT, lower_solids
+from raymaps.solids import lower_solids
 from raymaps.solids.nearby import nearby_triangles
 
 __all__ = ["Boundary", "LoweredBoundary", "SmoothFacets", "lower_boundary"]
@@ -83,14 +84,10 @@ def lower_boundary(scene: Scene, meshes: tuple[BodyMesh, ...], names: Names, fra
     exact = lower_exact(meshes, found, frame, bounds.corners)
     edges = borders(meshes, found.surfaces)
     reach = bounds.reach / frame.unit_mm
-    starts = np.cumsum([0, *(len(mesh.face_names) for mesh in meshes)])
-    triangle_face = np.concatenate(
-        [np.zeros(0, np.int64), *(m.triangle_face + start for m, start in zip(meshes, starts[:-1], strict=True))]
-    )
+    joined = join(meshes)
     solids = lower_solids(scene, meshes, names, frame, exact.face >= 0, corners, reach)
     near = nearby_triangles(
-        corners, reach, CONTACT, [len(mesh.triangles) for mesh in meshes], join(meshes).vertex,
-        exact.face[triangle_face].astype(np.int64),
+        corners, reach, CONTACT, [len(mesh.triangles) for mesh in meshes], joined.vertex, exact.face[joined.face],
     )  # fmt: skip
     n_words = max(1, -(-len(solids.medium) // 64))
     tables = Boundary(

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from raymaps.errors import Interrupted, RayMapsError
+from raymaps.progress import ProgressStyle, teller_of
 from raymaps.target_options import (
     TargetDetector,
     TargetEllipse,
@@ -30,7 +31,6 @@ from raymaps.target_options import (
     four,
     target_asked,
 )
-from raymaps.tellers import ProgressStyle, teller_of
 from raymaps.units import format_bytes, format_duration, format_quantity, format_with_error
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ from raymaps.errors import SceneError
 from raymaps.formats.ray_set import RaySet
 from raymaps.frame import Frame
 from raymaps.geometry import BodyMesh, load_bodies, mesh_digest, winding_number
-from raymaps.kinds import SurfaceKind
+from raymaps.kinds import CONTACT, SurfaceKind
 from raymaps.materials import (
     VACUUM,
     BsdfTable,
@@ -49,7 +49,7 @@ from raymaps.scene import (
     Settings,
     SunSource,
 )
-from raymaps.solids import CONTACT, medium_at, medium_of, solids_at
+from raymaps.solids import medium_at, medium_of, solids_at
 
 __all__ = ["CompiledScene", "Tables", "compile_scene"]
 

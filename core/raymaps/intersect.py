@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.boundary import LoweredBoundary
-from raymaps.kernels.crossing import CONTACT
+from raymaps.kinds import CONTACT
 
 __all__ = ["Intersector"]
 

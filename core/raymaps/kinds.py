@@ -10,6 +10,7 @@ from enum import IntEnum
 
 __all__ = [
     "ANGLE_STEP_RAD",
+    "CONTACT",
     "CRITERION_KINDS",
     "ENDINGS",
     "IN_MEDIUM",
@@ -23,6 +24,9 @@ __all__ = [
 
 #: Step to which crossing angles are rounded: 0.0002 degrees, far below what a detector tells apart.
 ANGLE_STEP_RAD = 2.0**-18
+#: Crossings closer than this along the normal are one interface, in frame units: a few steps of float32, a fifth of a
+#: millionth of a scene.
+CONTACT = 2.0**-21
 
 
 class EventKind(IntEnum):

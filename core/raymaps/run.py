@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from raymaps.errors import MapError, OutputError, TraceError
+from raymaps.runner import Progress, Runner
 from raymaps.scene import Scene, load_scene
 from raymaps.store import MAP_VERSION, Manifest, MapWriter, RayMap, Stored
-from raymaps.tracing import Progress, Tracing
 from raymaps.version import __version__
 
 if TYPE_CHECKING:
@@ -136,12 +136,12 @@ def simulate(
     def how_stored() -> Stored:
         return _stored(store() if callable(store) else store or scene.settings.store)
 
-    tracing = Tracing(
+    runner = Runner(
         compiled, path, manifest.seed, threads=threads or os.cpu_count() or 1, store=how_stored,
         stop=stop or threading.Event(), started=started, time_limit_s=time_limit_s, on_progress=on_progress,
         on_note=on_note,
     )  # fmt: skip
-    with tracing.writer.alone():
+    with runner.writer.alone():
         present = RayMap.open(path).n_rays
         course = _course(manifest, target, rays, scene.settings.rays)
         if course is not None:
@@ -151,12 +151,12 @@ def simulate(
                 return manifest.portion_rays if present or portion_rays else _portion_rays(n, compiled.bands.n)
 
             replace(manifest, target=course.to_dict()).write(path)
-            return reach(tracing, course, scene.settings.rays, size)
+            return reach(runner, course, scene.settings.rays, size)
         if n_rays != manifest.rays_asked or manifest.target:
             replace(manifest, rays_asked=max(n_rays, present), target=None).write(path)
-        raymap = tracing.to(n_rays)
+        raymap = runner.to(n_rays)
     if raymap.n_rays < n_rays:
-        tracing.note(f"Stopped at the time limit after {raymap.n_rays} of {n_rays} rays; go on with --resume.")
+        runner.note(f"Stopped at the time limit after {raymap.n_rays} of {n_rays} rays; go on with --resume.")
     return raymap
 
 

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 import raymaps
 from raymaps.compile import compile_scene
 from raymaps.errors import CriterionError, Interrupted, TraceError
+from raymaps.runner import Progress
 from raymaps.scene import load_scene
 from raymaps.target import Course, Tally, Target
 from raymaps.target.rule import (
@@ -33,7 +34,6 @@ from raymaps.target.rule import (
     whole,
 )
 from raymaps.trace import Tracer
-from raymaps.tracing import Progress
 from tests.store.small_scenes import box, geometry, write_scene
 
 SEEDS = 1000

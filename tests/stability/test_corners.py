@@ -7,7 +7,7 @@ import pytest
 from tests.physics.scenes import body
 from tests.physics.scenes_exact import traced
 from tests.stability.aiming import aimed, clear, lost, rotation, some_directions, towards
-from tests.stability.test_aimed import SHAPES, passed_straight, placed, targets_of
+from tests.stability.test_aimed import SHAPES, goes_straight_through, placed, targets_of
 
 
 @pytest.mark.parametrize("turned", [False, True], ids=["straight", "turned"])
@@ -18,16 +18,7 @@ def test_rays_at_vertices_edges_and_seams_go_through(tmp_path, name, exact, turn
     (`SlowSearch`), its last resort (`kernels.membership`); trimming at borders between faces (`Borders`).
     """
     shape = placed(name, exact, rotation() if turned else np.eye(3))
-    origins, directions = towards(targets_of(shape), some_directions(60), 20.0)
-    h = traced(
-        tmp_path,
-        {"Body": body(shape, "polished", "glass")},
-        rays=30_000,
-        sources={"S": aimed(tmp_path, "rays", origins, directions)},
-        **clear(1.0),
-    )
-    crossings = passed_straight(h, 4 * h.raymap.manifest.grid_mm)
-    assert (crossings > 0).mean() > 0.3
+    goes_straight_through(tmp_path, shape, targets_of(shape))
 
 
 @pytest.mark.parametrize("exact", [True, False], ids=["exact", "faceted"])

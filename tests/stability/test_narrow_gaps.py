@@ -14,6 +14,27 @@ BLACK = {"polished": {"kind": "fresnel"}, "black": {"kind": "absorber"}}
 RAYS = 10_000
 
 
+def lit(folder, bodies, n):
+    """A beam up the z axis, of bodies of glass of index n and black ones."""
+    h = traced(
+        folder,
+        bodies,
+        rays=RAYS,
+        surfaces=BLACK,
+        media=clear(n)["media"],
+        sources={"S": disc_source((0, 0, -20), (0, 0, 1), 3)},
+    )
+    assert lost(h).all == 0
+    return h
+
+
+def arrives_after(crossings, folder, bodies):
+    """All light goes through so many faces of bodies of the index around them, and is absorbed."""
+    h = lit(folder, bodies, 1.0)
+    assert (np.diff(h.offsets) == crossings + 2).all()
+    assert (h.kind[h.last] == EventKind.ABSORPTION).all()
+
+
 def sheet(z, half=15.0):
     corners = np.array([[-half, -half, z], [half, -half, z], [half, half, z], [-half, half, z]])
     return Shape(corners, np.array([[0, 1, 2], [0, 2, 3]]), (("Sheet", 2),))
@@ -39,15 +60,7 @@ def test_a_sheet_right_behind_a_ball_is_met(tmp_path, gap_mm, n):
 
     Guards: triangles near those that a ray stands on or meets are asked as well (`solids.nearby`).
     """
-    h = traced(
-        tmp_path,
-        {"Ball": body(ball(10, 24), "polished", "glass"), "Sheet": body(sheet(10 + gap_mm), "black")},
-        rays=RAYS,
-        surfaces=BLACK,
-        media=clear(n)["media"],
-        sources={"S": disc_source((0, 0, -20), (0, 0, 1), 3)},
-    )
-    assert lost(h).all == 0
+    h = lit(tmp_path, {"Ball": body(ball(10, 24), "polished", "glass"), "Sheet": body(sheet(10 + gap_mm), "black")}, n)
     up = h.position[h.last][:, 2] > 9.99
     assert up.sum() > 0.8 * RAYS
     assert (h.position[h.last][up, 2] < 10 + 2 * gap_mm + 1e-3).all()
@@ -60,17 +73,8 @@ def test_thin_walls_of_a_bulb_have_two_sides(tmp_path, wall_mm):
     Guards: as above, within one body.
     """
     bulb = hollow(ball(10, 24), ball(10 - wall_mm, 24))
-    h = traced(
-        tmp_path,
-        {"Bulb": body(bulb, "polished", "glass"), "Core": body(box((-4, -4, -4), (4, 4, 4)), "black")},
-        rays=RAYS,
-        surfaces=BLACK,
-        media=clear(1.0)["media"],
-        sources={"S": disc_source((0, 0, -20), (0, 0, 1), 3)},
-    )
-    assert lost(h).all == 0
-    assert (np.diff(h.offsets) == 4).all()
-    assert (h.kind[h.last] == EventKind.ABSORPTION).all()
+    core = box((-4, -4, -4), (4, 4, 4))
+    arrives_after(2, tmp_path, {"Bulb": body(bulb, "polished", "glass"), "Core": body(core, "black")})
 
 
 @pytest.mark.parametrize("glue_mm", [1e-3, 5e-2])
@@ -83,18 +87,5 @@ def test_a_thin_film_of_glue_between_lenses(tmp_path, rings, glue_mm):
     joint, middle = 1 / 40, 5.0
     first = lens(LensFace(0, 1 / 60), LensFace(middle, joint), 8, rings[0])
     second = lens(LensFace(middle + glue_mm, joint), LensFace(9, -1 / 60), 8, rings[1])
-    h = traced(
-        tmp_path,
-        {
-            "First": body(first, "polished", "glass"),
-            "Second": body(second, "polished", "glass"),
-            "Board": body(box((-20, -20, 20), (20, 20, 21)), "black"),
-        },
-        rays=RAYS,
-        surfaces=BLACK,
-        media=clear(1.0)["media"],
-        sources={"S": disc_source((0, 0, -20), (0, 0, 1), 5)},
-    )
-    assert lost(h).all == 0
-    assert (np.diff(h.offsets) == 6).all()
-    assert (h.kind[h.last] == EventKind.ABSORPTION).all()
+    lenses = {"First": body(first, "polished", "glass"), "Second": body(second, "polished", "glass")}
+    arrives_after(4, tmp_path, {**lenses, "Board": body(box((-20, -20, 20), (20, 20, 21)), "black")})

@@ -16,6 +16,7 @@ from raymaps.effects.lambertian import lambertian_direction
 from raymaps.effects.medium_absorption import absorbed_share
 from raymaps.effects.mirror import reflected_direction
 from raymaps.effects.mixture import drawn_part
+from raymaps.kernels import reflectance
 from raymaps.scene import RectangleDetector, Scene
 from tests.store.small_scenes import changed, workshop
 
@@ -120,6 +121,12 @@ def test_fresnel_at_normal_incidence():
     assert fresnel_reflectance(1.0, 1.0, 1.5) == pytest.approx(0.04)
     assert fresnel_reflectance(1.0, 1.5, 1.0) == pytest.approx(0.04)
     assert fresnel_reflectance(1.0, 1.3, 1.3) == 0
+
+
+def test_between_equal_indices_nothing_is_reflected_even_along_the_interface():
+    """Where the equations are 0 / 0."""
+    assert fresnel_reflectance(0.0, 1.3, 1.3) == 0
+    assert reflectance.of_clear_medium(0.0, 1.3, 1.3) == (0.0, 0.0)
 
 
 def test_fresnel_at_brewsters_angle_is_half_of_the_s_part():

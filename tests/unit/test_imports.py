@@ -38,10 +38,10 @@ ORDER: tuple[tuple[str, ...], ...] = (
     ("trace",),
     ("criterion",),
     ("results",),
-    ("tracing",),
+    ("runner",),
     ("target",),
     ("run", "check"),
-    ("tellers", "target_options"),
+    ("progress", "target_options"),
     ("cli", "serve"),
 )
 STAGE = {name: i for i, stage in enumerate(ORDER) for name in stage}

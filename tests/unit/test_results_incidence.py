@@ -25,6 +25,18 @@ def places_on(mesh, triangles, seed=3):
     return np.einsum("nc,ncx->nx", shares, mesh.corners_mm[triangles])
 
 
+def black_tube(folder, body, **of_geometry):
+    """A scene of a black tube with a lamp in it."""
+    return {
+        "format": "raymaps-scene",
+        "version": 1,
+        "surfaces": {"black": {"kind": "absorber"}},
+        "bodies": {"Tube": {"geometry": {**geometry(folder, body), **of_geometry}, "surface": "black"}},
+        "sources": {"Lamp": {"kind": "point", "flux_w": 1.0, "position_mm": [0, 0, 5]}},
+        "settings": {"rays": 100},
+    }
+
+
 def test_normals_of_facets_of_all_bodies():
     raymap = map_of(corner_mesh("A", 0), corner_mesh("B", 1), corner_mesh("C", 2))
     found = normals(raymap, np.array([2, 0, 1], np.int32), np.zeros((3, 3)))
@@ -73,14 +85,7 @@ def test_facets_of_a_smooth_face_have_interpolated_normals():
 def test_a_map_has_the_surfaces_that_were_simulated(tmp_path):
     """Exact as its scene says; none where the scene asked for facets, or comes from before there was a choice."""
     body = tube("Tube", 4.0, 10.0, 9)
-    data = {
-        "format": "raymaps-scene",
-        "version": 1,
-        "surfaces": {"black": {"kind": "absorber"}},
-        "bodies": {"Tube": {"geometry": geometry(tmp_path, body), "surface": "black"}},
-        "sources": {"Lamp": {"kind": "point", "flux_w": 1.0, "position_mm": [0, 0, 5]}},
-        "settings": {"rays": 100},
-    }
+    data = black_tube(tmp_path, body)
     record = {"type": "cylinder", "point_mm": [0, 0, 0], "axis": [0, 0, 1], "radius_mm": 4.0}
     data["bodies"]["Tube"]["geometry"]["faces"][0]["surface"] = record
     exact = simulate(write_scene(tmp_path, data), tmp_path / "exact.raymap")
@@ -97,14 +102,7 @@ def test_a_map_has_the_surfaces_that_were_simulated(tmp_path):
 
 def test_a_map_keeps_which_faces_are_smooth(tmp_path):
     body = tube("Tube", 4.0, 10.0, 9)
-    data = {
-        "format": "raymaps-scene",
-        "version": 1,
-        "surfaces": {"black": {"kind": "absorber"}},
-        "bodies": {"Tube": {"geometry": {**geometry(tmp_path, body), "smooth_faces": ["Mantle"]}, "surface": "black"}},
-        "sources": {"Lamp": {"kind": "point", "flux_w": 1.0, "position_mm": [0, 0, 5]}},
-        "settings": {"rays": 100},
-    }
+    data = black_tube(tmp_path, body, smooth_faces=["Mantle"])
     raymap = simulate(write_scene(tmp_path, data), tmp_path / "smooth.raymap")
     assert RayMap.open(raymap.path).scene.bodies["Tube"].geometry.smooth_faces == ("Mantle",)
 
@@ -112,13 +110,7 @@ def test_a_map_keeps_which_faces_are_smooth(tmp_path):
 def test_a_smooth_face_with_an_exact_surface_is_exact(tmp_path):
     """Rays are turned by the surface's own normals, not by those that are estimated from its facets as well."""
     body = tube("Tube", 4.0, 10.0, 9)
-    data = {
-        "format": "raymaps-scene",
-        "version": 1,
-        "surfaces": {"black": {"kind": "absorber"}},
-        "bodies": {"Tube": {"geometry": {**geometry(tmp_path, body), "smooth_faces": ["Mantle"]}, "surface": "black"}},
-        "sources": {"Lamp": {"kind": "point", "flux_w": 1.0, "position_mm": [0, 0, 5]}},
-    }
+    data = black_tube(tmp_path, body, smooth_faces=["Mantle"])
     facets = compile_scene(load_scene(write_scene(tmp_path, data))).boundary.smooth.row
     assert (facets >= 0).sum() == len(body.triangles)
     record = {"type": "cylinder", "point_mm": [0, 0, 0], "axis": [0, 0, 1], "radius_mm": 4.0}

@@ -13,9 +13,10 @@ import trimesh
 from raymaps.errors import SceneError
 from raymaps.frame import Frame
 from raymaps.geometry import BodyMesh, winding_number
+from raymaps.kinds import CONTACT
 from raymaps.names import Names
 from raymaps.scene import Scene
-from raymaps.solids import CONTACT, lower_solids, medium_at, medium_of, rank_solids, solids_at
+from raymaps.solids import lower_solids, medium_at, medium_of, rank_solids, solids_at
 from raymaps.solids.contacts import body_layers
 from raymaps.solids.facets import facet_slack
 from raymaps.solids.overlaps import overlaps
@@ -626,10 +627,3 @@ def test_open_turned_and_inside_out_bodies():
     assert "do not agree" in text
     assert "left" in text
     assert "right" not in text
-
-
-def test_the_tracer_has_the_same_contact_distance():
-    """Kernels import nothing of the scene's side, so it stands in both."""
-    from raymaps.kernels import crossing
-
-    assert crossing.CONTACT == CONTACT

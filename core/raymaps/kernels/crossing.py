@@ -15,21 +15,20 @@ import numpy as np
 from raymaps.jit import inlined_kernel, kernel
 from raymaps.kernels import exact
 from raymaps.kernels.inside import is_in
-from raymaps.kinds import ExactKind
+from raymaps.kinds import CONTACT, ExactKind
 
 __all__ = [
-    "AT_EDGE", "CONTACT", "CROSSED", "NONE", "ROUNDING", "STRAY",
-    "along", "crossing", "height_above", "height_over_face", "is_over", "normal_at", "over_face",
+    "AT_EDGE", "CROSSED", "NONE", "ROUNDING", "STRAY",
+    "along", "around", "crossing", "height_above", "height_over_face", "is_over", "normal_at", "over_face",
+    "passes_over",
 ]  # fmt: skip
 
-#: Crossings closer than this along the normal are one interface, in frame units; `raymaps.solids` has the same.
-CONTACT = 2.0**-21
 #: How far from its face a triangle may be hit, in frame units: facets may overlap by a few steps of float32.
 AT_EDGE = 2.0**-19
 #: A crossing further than this from where Embree met the triangle is looked at again, in frame units.
 FAR = 2.0**-12
-#: One over the least cosine at which a crossing is over the triangle that Embree meets, or one next to it.
-STEEP = 8.0
+#: Secant of the angle of incidence up to which a crossing is over the triangle that Embree meets, or one next to it.
+GRAZING_SECANT = 8.0
 #: Triangles between that which Embree meets and that over which its face is crossed.
 MAX_STEPS = 64
 #: How far beyond a neighbouring face a point may lie by rounding, in frame units: where a ray leaves, and, less so that
@@ -139,7 +138,7 @@ def over_face(i, triangle, guess, way, wave, tables, boundary):
             is_met = True
             if before < 0:
                 aside = boundary.reach[triangle] if boundary.inner[triangle] else 0.0
-                if not abs(s - guess) > AT_EDGE + STEEP * aside:
+                if not abs(s - guess) > AT_EDGE + GRAZING_SECANT * aside:
                     return s, sx, sy, sz, triangle
             elif not _is_past_edge(i, before, edge, s, nx, ny, nz, wave, boundary) and abs(s - t) > ROUNDING:
                 return np.nan, sx, sy, sz, triangle
@@ -175,9 +174,7 @@ def _is_elsewhere(i, triangle, t, leeway, wave, tables, boundary):
     surface = boundary.exact.face[tables.triangle_face[triangle]]
     if surface >= 0 and boundary.exact.kind[surface] != _PLANE:
         return False
-    p, d = wave.position[i], wave.direction[i]
-    x, y, z = p[0] + t * d[0], p[1] + t * d[1], p[2] + t * d[2]
-    return not is_over(x, y, z, boundary.corners[triangle], AT_EDGE + leeway + 2.0 * boundary.reach[triangle])
+    return not passes_over(i, triangle, t, leeway + around(triangle, boundary), wave, boundary)
 
 
 @inlined_kernel
@@ -241,6 +238,19 @@ def normal_at(i, triangle, t, wave, tables, boundary):
     nx, ny, nz = exact.normal(boundary.exact, surface, p[0] + t * d[0], p[1] + t * d[1], p[2] + t * d[2], triangle)
     outward = boundary.exact.outward[face]
     return outward * nx, outward * ny, outward * nz
+
+
+@inlined_kernel
+def around(triangle, boundary):
+    """How far from a triangle its face may be crossed, in frame units."""
+    return 2.0 * boundary.reach[triangle] + AT_EDGE
+
+
+@inlined_kernel
+def passes_over(i, triangle, t, distance, wave, boundary):
+    """Whether the point at the distance t of ray i is over a triangle, to within a distance beside and above it."""
+    p, d = wave.position[i], wave.direction[i]
+    return is_over(p[0] + t * d[0], p[1] + t * d[1], p[2] + t * d[2], boundary.corners[triangle], distance)
 
 
 @kernel

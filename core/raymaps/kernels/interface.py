@@ -8,9 +8,9 @@ same solid rules on both sides nothing changes, and the ray passes.
 from __future__ import annotations
 
 from raymaps.jit import inlined_kernel
-from raymaps.kernels.crossing import CONTACT, along
+from raymaps.kernels.crossing import along
 from raymaps.kernels.inside import is_in, medium_of, ruling, toggle, toggle_all
-from raymaps.kinds import SurfaceKind
+from raymaps.kinds import CONTACT, SurfaceKind
 
 __all__ = ["MAX_PASSES", "end_at", "keep", "settle", "sort", "undo_passes"]
 

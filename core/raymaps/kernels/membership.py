@@ -14,7 +14,16 @@ import math
 import numpy as np
 
 from raymaps.jit import inlined_kernel, kernel
-from raymaps.kernels.crossing import AT_EDGE, ROUNDING, along, height_over_face, is_over, normal_at, over_face
+from raymaps.kernels.crossing import (
+    AT_EDGE,
+    ROUNDING,
+    along,
+    height_over_face,
+    is_over,
+    normal_at,
+    over_face,
+    passes_over,
+)
 from raymaps.kernels.inside import is_in
 from raymaps.kernels.interface import keep, settle, sort
 
@@ -39,7 +48,7 @@ def gather(rays, wave, tables, boundary, hits, ways, guesses, found, count, clea
     found : `raymaps.wave.Found`, (n, n_places) filled, in the order of distances
     count : (n,) int64, filled
     clear : (n, n_places + 1) float64, filled
-        Distance of a clear place before each crossing, last behind all of them; NaN where there is none.
+        Distance of a clear place before each crossing, last behind all of them; NaN where there is none, or none known.
     """
     for k in range(len(rays)):
         i = rays[k]
@@ -53,11 +62,9 @@ def gather(rays, wave, tables, boundary, hits, ways, guesses, found, count, clea
             if not math.isfinite(t) and abs(height_over_face(i, triangle, here, wave, tables, boundary)) <= ROUNDING:
                 t = here  # it stands on the surface, or touches it there
                 nx, ny, nz = normal_at(i, triangle, here, wave, tables, boundary)
-            p, d = wave.position[i], wave.direction[i]
-            steep = abs(nx * d[0] + ny * d[1] + nz * d[2])  # the less, the further off along the ray
+            steep = abs(along(wave, i, (nx, ny, nz)))  # the less, the further off along the ray
             leeway = 2.0 * boundary.reach[triangle] + AT_EDGE / max(steep, FLATTEST)
-            x, y, z = p[0] + t * d[0], p[1] + t * d[1], p[2] + t * d[2]
-            if t > here - BEHIND and is_over(x, y, z, boundary.corners[triangle], leeway):
+            if t > here - BEHIND and passes_over(i, triangle, t, leeway, wave, boundary):
                 keep(found, k, n, max(t, here), nx, ny, nz, triangle)
                 n += 1
         count[k] = n
@@ -66,7 +73,8 @@ def gather(rays, wave, tables, boundary, hits, ways, guesses, found, count, clea
         for c in range(n):
             clear[k, c] = 0.5 * (before + found.t[k, c]) if found.t[k, c] > before + CLEAR else np.nan
             before = found.t[k, c]
-        clear[k, n] = before + 0.5
+        is_listed = hits[k, hits.shape[1] - 1] < 0  # all that may be crossed
+        clear[k, n] = before + 0.5 if is_listed else np.nan
 
 
 @kernel
@@ -101,7 +109,8 @@ def classify(rays, wave, tables, boundary, found, count, clear, inside, known, c
         Solids that each clear place is in, and those of which that is certain.
     chosen : `raymaps.wave.Found`, (n, n_places), room for work
     verdict : (n,) int8, filled
-        1 the ray arrives, 0 nothing is ahead, -1 no crossing explains what is around a clear place.
+        1 the ray arrives, 0 nothing is ahead, -1 no crossing explains what is around a clear place, or not all are
+        known.
     """
     for k in range(len(rays)):
         i = rays[k]
@@ -131,6 +140,8 @@ def classify(rays, wave, tables, boundary, found, count, clear, inside, known, c
             if verdict[k] < 0:
                 break
             first = gap
+        if verdict[k] == 0 and math.isnan(clear[k, count[k]]):
+            verdict[k] = -1
 
 
 @inlined_kernel

@@ -12,9 +12,9 @@ import math
 import numpy as np
 
 from raymaps.jit import inlined_kernel, kernel
-from raymaps.kernels.crossing import AT_EDGE, CONTACT, NONE, STRAY, along, crossing, height_above, is_over
+from raymaps.kernels.crossing import NONE, STRAY, along, around, crossing, height_above, passes_over
 from raymaps.kernels.interface import end_at, keep, settle
-from raymaps.kinds import EventKind
+from raymaps.kinds import CONTACT, EventKind
 
 __all__ = [
     "DOUBTFUL", "MAX_SHORT", "PENDING", "SEARCHING", "START_OFFSET",
@@ -26,7 +26,8 @@ START_OFFSET = 2.0**-21
 #: Below this cosine a ray runs along a facet: it crosses its plane far from where it crosses the face.
 STEEP_COSINE = 0.05
 
-#: Segments in a row without a length after which a ray is taken to go in and out at one place.
+#: Segments in a row without a length after which a ray is taken to go in and out at one place; in the corner of a box
+#: three are right.
 MAX_SHORT = 8
 
 #: States of a ray between two events, beside the kinds of events themselves: it arrives on a surface; its search goes
@@ -90,7 +91,9 @@ def locate(rays, wave, tables, boundary, advance, hits, ways, guesses, found, sl
 
     State `PENDING`: the ray arrives on a face; `LEFT`: it leaves the scene's box; `SEARCHING`: what was hit is no
     crossing, or one that changes nothing as another solid rules there, and the search goes on past it; `DOUBTFUL`: the
-    hits do not agree with the solids that the ray is in. Decided slowly, a ray in doubt is killed where it stands.
+    hits do not agree with the solids that the ray is in; see `raymaps.slow_search`. Beside what was hit, triangles are
+    asked that are near to it, or to the one that the ray stands on (``boundary.near``): their faces may be crossed
+    first.
 
     Parameters
     ----------
@@ -121,7 +124,7 @@ def locate(rays, wave, tables, boundary, advance, hits, ways, guesses, found, sl
             unsettled += 1
             continue
         count, first, first_stray = 0, np.inf, np.inf
-        limit = np.inf  # beyond it triangles near those that are met do not matter yet
+        limit = np.inf  # what is near and crossed beyond it is for a later search
         n_found = hits.shape[1]
         n_near = 0 if slowly else _count_near(wave.triangle[i], boundary) + _count_near(hits[k, 0], boundary)
         for c in range(n_found + 2 * n_near):
@@ -140,21 +143,20 @@ def locate(rays, wave, tables, boundary, advance, hits, ways, guesses, found, sl
                 if math.isnan(guess) or turn * way < 0:
                     continue
             is_asked = slowly or c >= n_found  # and not met
-            leeway = _around(hit, boundary) if is_asked else 0.0
+            leeway = around(hit, boundary) if is_asked else 0.0
             verdict, t, nx, ny, nz, triangle = crossing(i, hit, way, guess, leeway, wave, tables, boundary)
             if verdict == NONE or t > limit + CONTACT:
                 continue
-            if is_asked:
-                p, d = wave.position[i], wave.direction[i]
-                x, y, z = p[0] + t * d[0], p[1] + t * d[1], p[2] + t * d[2]
-                if not is_over(x, y, z, boundary.corners[triangle], leeway):
-                    continue
+            if is_asked and not passes_over(i, triangle, t, leeway, wave, boundary):
+                continue
             if verdict == STRAY:
                 first_stray = min(first_stray, t)
             elif count < found.t.shape[1]:
                 keep(found, k, count, t, nx, ny, nz, triangle)
                 count += 1
                 first = min(first, t)
+            else:  # there is no place for it
+                first_stray = -np.inf
         if first_stray < first - CONTACT:
             wave.state[i] = DOUBTFUL
         elif settle(i, k, count, found, wave, tables, boundary):
@@ -201,12 +203,6 @@ def _is_at_edge(i, triangle, t, wave, tables, boundary):
     return False
 
 
-@inlined_kernel
-def _around(triangle, boundary):
-    """How far from a triangle its face may be crossed, in frame units."""
-    return 2.0 * boundary.reach[triangle] + AT_EDGE
-
-
 @kernel
 def propose(rays, wave, tables, boundary, hits, ways, guesses):
     """List all triangles whose faces the lines of rays may cross, those nearest where there are too many.
@@ -241,7 +237,7 @@ def propose(rays, wave, tables, boundary, hits, ways, guesses):
 def _where_it_may_cross(i, triangle, wave, tables, boundary):
     """About where the line of ray i crosses a triangle's face, NaN if it does not, and which way, 0 for either."""
     corners, p, d = boundary.corners[triangle], wave.position[i], wave.direction[i]
-    around = _around(triangle, boundary)
+    leeway = around(triangle, boundary)
     mx, my, mz = (
         (corners[0, 0] + corners[1, 0] + corners[2, 0]) / 3.0,
         (corners[0, 1] + corners[1, 1] + corners[2, 1]) / 3.0,
@@ -253,14 +249,14 @@ def _where_it_may_cross(i, triangle, wave, tables, boundary):
     for corner in range(3):
         x, y, z = corners[corner, 0] - mx, corners[corner, 1] - my, corners[corner, 2] - mz
         radius2 = max(radius2, x * x + y * y + z * z)
-    if away2 > (math.sqrt(radius2) + around) ** 2:
+    if away2 > (math.sqrt(radius2) + leeway) ** 2:
         return np.nan, 0
     plane = tables.plane[triangle]
     steep = along(wave, i, plane)
     if not abs(steep) > STEEP_COSINE:
         return closest, 0
     t = -height_above(plane, p) / steep
-    if not is_over(p[0] + t * d[0], p[1] + t * d[1], p[2] + t * d[2], corners, 2.0 * around / abs(steep)):
+    if not passes_over(i, triangle, t, 2.0 * leeway / abs(steep), wave, boundary):
         return np.nan, 0
     return t, 1 if steep > 0.0 else -1
 

@@ -5,7 +5,7 @@ A *rank* is given to each solid: 0 to that of the highest priority. The medium a
 rank that contains it, else the ambient one.
 """
 
-from raymaps.solids.contacts import CONTACT, SolidTables, lower_solids
+from raymaps.solids.contacts import SolidTables, lower_solids
 from raymaps.solids.ranks import medium_at, medium_of, rank_solids, solids_at
 
-__all__ = ["CONTACT", "SolidTables", "lower_solids", "medium_at", "medium_of", "rank_solids", "solids_at"]
+__all__ = ["SolidTables", "lower_solids", "medium_at", "medium_of", "rank_solids", "solids_at"]

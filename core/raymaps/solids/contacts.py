@@ -11,16 +11,15 @@ from numpy.typing import NDArray
 from raymaps.errors import SceneError
 from raymaps.frame import Frame
 from raymaps.geometry import BodyMesh
+from raymaps.kinds import CONTACT
 from raymaps.names import Names
 from raymaps.scene import Scene
 from raymaps.solids.facets import facet_slack
 from raymaps.solids.ranks import rank_solids, reaches_far
 from raymaps.solids.sweep import Boxes
 
-__all__ = ["CONTACT", "SolidTables", "body_layers", "close_bodies", "lower_solids"]
+__all__ = ["SolidTables", "body_layers", "close_bodies", "lower_solids"]
 
-#: Distance within which exact faces are one, in frame units: a few steps of float32, a fifth of a millionth of a scene.
-CONTACT = 2.0**-21
 #: Layers that int8 holds.
 MAX_LAYERS = 127
 

@@ -26,7 +26,7 @@ def nearby_triangles(
     margin: float,
     n_triangles: list[int],
     vertex: NDArray[np.int64],
-    surface: NDArray[np.int64],
+    surface: NDArray[np.int32],
 ) -> Nearby:
     """Pairs of triangles, of one body or of two, whose exact surfaces may lie the other way round than their facets.
 
@@ -44,7 +44,7 @@ def nearby_triangles(
         Of each body.
     vertex : (n_triangles, 3) int64
         Equal for corners in one place of a body.
-    surface : (n_triangles,) int64
+    surface : (n_triangles,) int32
         Exact surface of the triangle's face, -1 none.
     """
     from raymaps.solids.mesh_kernel import close_pairs

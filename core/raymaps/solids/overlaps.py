@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from raymaps.frame import Frame
 from raymaps.geometry import BodyMesh
+from raymaps.kinds import CONTACT
 from raymaps.scene import Scene
-from raymaps.solids.contacts import CONTACT
 from raymaps.solids.facets import facet_slack
 from raymaps.solids.ranks import rank_solids
 from raymaps.solids.sweep import Boxes

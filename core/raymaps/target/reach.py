@@ -25,7 +25,7 @@ from raymaps.target.rule import (
 )
 
 if TYPE_CHECKING:
-    from raymaps.tracing import Tracing
+    from raymaps.runner import Runner
 
 __all__ = ["reach"]
 
@@ -35,12 +35,12 @@ PILOT_RAYS, PILOT_TIME = 0.1, 0.2
 LARGEST_PIECE = 65_536
 
 
-def reach(tracing: Tracing, course: Course, usual_rays: int, portion_rays: Callable[[int], int]) -> RayMap:
+def reach(runner: Runner, course: Course, usual_rays: int, portion_rays: Callable[[int], int]) -> RayMap:
     """Trace a map until its target is reached, or the most rays, or the time limit.
 
     Parameters
     ----------
-    tracing : Tracing
+    runner : Runner
     course : Course
         As it stands: of a run that goes on the pilot is over.
     usual_rays : int
@@ -48,32 +48,32 @@ def reach(tracing: Tracing, course: Course, usual_rays: int, portion_rays: Calla
         detector that nothing meets while others wait.
     portion_rays : function of the number of rays to the size of the map's portions
     """
-    raymap = RayMap.open(tracing.path)
+    raymap = RayMap.open(runner.path)
     candidates = quantities(raymap, course.target)
     if not course.stages:
-        course, n_portion = _planned(tracing, raymap, course, candidates, usual_rays, portion_rays)
+        course, n_portion = _planned(runner, raymap, course, candidates, usual_rays, portion_rays)
         _keep(raymap, course, n_portion)
-        tracing.note(course.plan())
+        runner.note(course.plan())
     else:
         n_portion = raymap.manifest.portion_rays
     quantity = next(one for one in candidates if one.words == course.quantity)
     watch = _Sum(raymap, quantity)
     while True:
-        raymap = tracing.to(course.stages[-1], watch)
+        raymap = runner.to(course.stages[-1], watch)
         course = _judged(course, watch.in_all(), raymap, quantity)
         if course.ended or len(course.stages) > MAX_EXTENSIONS:
             break
-        if raymap.n_rays < course.stages[-1] and tracing.is_late:
+        if raymap.n_rays < course.stages[-1] and runner.is_late:
             course = replace(course, ended="time")
             break
         more = whole(float(course.needed_rays or 0), n_portion, course.most_rays)
         course = replace(course, stages=(*course.stages, more))
         _keep(raymap, course, n_portion)
-        tracing.note(f"The error is {course.reached_percent:.3g} % after {raymap.n_rays} rays: going on to {more}.")
+        runner.note(f"The error is {course.reached_percent:.3g} % after {raymap.n_rays} rays: going on to {more}.")
     _keep(raymap, course, n_portion)
     if course.ended != "target":
-        tracing.note(course.verdict(raymap.n_rays, tracing.seconds_per_ray))
-    return RayMap.open(tracing.path)
+        runner.note(course.verdict(raymap.n_rays, runner.seconds_per_ray))
+    return RayMap.open(runner.path)
 
 
 def _keep(raymap: RayMap, course: Course, portion_rays: int) -> None:
@@ -83,7 +83,7 @@ def _keep(raymap: RayMap, course: Course, portion_rays: int) -> None:
 
 
 def _planned(
-    tracing: Tracing,
+    runner: Runner,
     raymap: RayMap,
     course: Course,
     candidates: tuple[Quantity, ...],
@@ -92,14 +92,14 @@ def _planned(
 ) -> tuple[Course, int]:
     """Which quantity is meant and how many rays it needs, by a pilot; and the size of portions."""
     error, flux_w = course.target.error, raymap.source_flux_w
-    groups = _pilot(tracing, raymap, course, candidates, usual_rays)
+    groups = _pilot(runner, raymap, course, candidates, usual_rays)
     sums = [sum(of_one[1:], of_one[0]) for of_one in groups]
     errors = [tally.relative_error(flux_w, one.exact) for tally, one in zip(sums, candidates, strict=True)]
     hit = [i for i, found in enumerate(errors) if found < math.inf]
     chosen = max(hit, key=lambda i: errors[i], default=0)
     silent = [one.words for one, found in zip(candidates, errors, strict=True) if found == math.inf]
     if hit and silent:
-        tracing.note(f"Nothing arrived at {', '.join(silent)} in a pilot of {sums[0].n_rays} rays: passed over.")
+        runner.note(f"Nothing arrived at {', '.join(silent)} in a pilot of {sums[0].n_rays} rays: passed over.")
     needed = rays_needed(groups[chosen], error, flux_w, candidates[chosen].exact)
     wanted = needed if hit else usual_rays
     size = portion_rays(math.ceil(min(wanted, course.most_rays)))
@@ -116,7 +116,7 @@ def _planned(
 
 
 def _pilot(
-    tracing: Tracing, raymap: RayMap, course: Course, candidates: tuple[Quantity, ...], usual_rays: int
+    runner: Runner, raymap: RayMap, course: Course, candidates: tuple[Quantity, ...], usual_rays: int
 ) -> list[list[Tally]]:
     """Tallies of each candidate in groups of equal size, of rays that are not the map's.
 
@@ -127,14 +127,14 @@ def _pilot(
     wanted, seed = pilot_hits(course.target.error), pilot_seed(raymap.manifest.seed)
     n_sources = len(raymap.names.sources)
     groups = [[Tally.none(n_sources) for _ in range(GROUPS)] for _ in candidates]
-    began_s, done, size = tracing.elapsed_s, 0, min(FIRST_PILOT, most) // GROUPS
+    began_s, done, size = runner.elapsed_s, 0, min(FIRST_PILOT, most) // GROUPS
 
     def see(portion: Portion) -> list[Tally]:
         return [one.tally(portion) for one in candidates]
 
     while size > 0:
         pieces = [(group, *piece) for group in range(GROUPS) for piece in _pieces(done + group * size, size)]
-        found = tracing.apart(((first, n) for _, first, n in pieces), seed, see)
+        found = runner.apart(((first, n) for _, first, n in pieces), seed, see)
         for (group, _, _), tallies in zip(pieces, found, strict=True):
             for of_one, seen in zip(groups, tallies, strict=True):
                 of_one[group] = of_one[group] + seen
@@ -143,10 +143,10 @@ def _pilot(
         worst = max(range(len(candidates)), key=lambda i: (hits[i] > 0, -hits[i]))
         tally = sum(groups[worst][1:], groups[worst][0])
         error = tally.relative_error(raymap.source_flux_w, candidates[worst].exact)
-        tracing.tell_pilot(done, hits[worst], error if error < math.inf else None, course.most_rays)
+        runner.tell_pilot(done, hits[worst], error if error < math.inf else None, course.most_rays)
         if all(n >= wanted or (n == 0 and done >= patience) for n in hits):
             break
-        if tracing.time_limit_s is not None and 2 * (tracing.elapsed_s - began_s) > PILOT_TIME * tracing.time_limit_s:
+        if runner.time_limit_s is not None and 2 * (runner.elapsed_s - began_s) > PILOT_TIME * runner.time_limit_s:
             break
         size = min(done, most - done) // GROUPS
     return groups
@@ -174,7 +174,7 @@ def _judged(course: Course, tally: Tally, raymap: RayMap, quantity: Quantity) ->
 
 
 class _Sum:
-    """Adds up what the portions of a map tell of a quantity, as they come; see `raymaps.tracing.Watch`."""
+    """Adds up what the portions of a map tell of a quantity, as they come; see `raymaps.runner.Watch`."""
 
     def __init__(self, raymap: RayMap, quantity: Quantity):
         self._quantity, self._flux_w = quantity, raymap.source_flux_w

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from raymaps.tracing import Progress
+    from raymaps.runner import Progress
 
 __all__ = ["ProgressStyle", "Teller", "teller_of"]
 

@@ -21,7 +21,7 @@ from raymaps.traced import FaceIndex
 if TYPE_CHECKING:
     from raymaps.compile import CompiledScene
 
-__all__ = ["Progress", "Tracing", "Watch"]
+__all__ = ["Progress", "Runner", "Watch"]
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -54,7 +54,7 @@ class Watch(Protocol):
         """Relative error so far."""
 
 
-class Tracing:
+class Runner:
     """What it takes to trace portions of one map.
 
     Parameters
