@@ -2,7 +2,7 @@
 """The beta distribution for confidence intervals: its distribution function, and the quantiles of a mixture of two.
 
 Where a parameter is 1 the distribution function is a power; else it is the normal approximation of Peizer and Pratt.
-With both parameters 1 or more, which is all that intervals need, it is right to 0.003, in the tails of 2.5 % to 0.0006;
+With both parameters 1 or more, which is all that intervals need, it is right to 0.003, in the tails of 2.5 % to 0.0007;
 limits of counts that follow from it are right to a hundredth of a ray (`tests/unit/test_criterion_interval.py`).
 
 References

@@ -97,7 +97,7 @@ def _limits_w(samples: Float, tail: float) -> tuple[Float, Float]:
     unseen_w = np.sum(np.where((known == 0) & (n == 0), phi * most, 0.0), axis=0)
     phi = np.where((known != 0) | (n == 0), 0.0, phi)
     n = np.maximum(n, 1.0)
-    total = np.where(is_rounding(total, n * most), 0.0, np.minimum(total, n * most))
+    total = np.clip(total, 0.0, n * most)
     squares = np.minimum(squares, total * most)
     lacks, lack_squares = n * most - total, n * most**2 - 2 * most * total + squares
     lacks = np.where(is_rounding(lacks, n * most), 0.0, lacks)

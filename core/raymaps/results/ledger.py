@@ -21,6 +21,8 @@ Float = NDArray[np.float64]
 
 #: Share of the light below which a figure is rounding, and shown as 0.
 ROUNDING = 1e-9
+#: Share of a ray's light that is rounding of float32, if all such light is rounding too.
+_OF_A_RAY = 1e-5
 
 
 @dataclass(frozen=True)
@@ -158,7 +160,9 @@ def _accounts(raymap: RayMap, rows: Float) -> list[Account]:
     """Accounts of sums, (n_rows, 2, n_sources)."""
     n_rays = raymap.rays_of_source
     flux_w = np.array([math.fsum(row) for row in rows[:, 0] * raymap.ray_flux_w])
-    total, squares = np.moveaxis(np.where(np.abs(rows[:, :1]) > ROUNDING * n_rays, rows, 0.0), 0, -1)
+    light, squares = np.abs(rows[:, 0]), rows[:, 1]
+    is_rounding = (light <= ROUNDING * n_rays) & (squares <= _OF_A_RAY * light)
+    total, squares = np.moveaxis(np.where(is_rounding[:, None], 0.0, rows), 0, -1)
     _, stderr_w = estimate_flux(raymap.source_flux_w, n_rays, total, squares)
     low_w, high_w = confidence_interval(raymap.source_flux_w, n_rays, total, squares)
     columns = (values.tolist() for values in (flux_w, stderr_w, low_w, high_w))
