@@ -57,6 +57,7 @@ def covers(figures, name, truth):
     # the standard error is the spread of the runs, which 1000 of them know to 2.2 %
     assert math.sqrt(np.mean(stderr**2)) == pytest.approx(flux.std(), rel=5 / math.sqrt(2 * N_RUNS))
     coverage = figures.coverage(name, truth)
+    print(f"{name}: {100 * coverage:.1f} %")  # pytest -s tests/accuracy
     assert 0.93 <= coverage <= 0.97, f"{name}: {coverage:.3f}"
 
 

@@ -122,5 +122,6 @@ def test_arrays_of_fluxes_at_once():
 
 
 def test_a_mixture_of_two_alike_is_theirs():
-    one = np.array([3.0, 40.0]), np.array([9.0, 2000.0])
-    assert mixture_quantile(0.975, one, one) == pytest.approx(stats.beta.ppf(0.975, *one), rel=1e-3)
+    a, b = np.array([3.0, 40.0]), np.array([9.0, 2000.0])
+    found = mixture_quantile(np.array([0.025, 0.975]), np.stack([a, a]), np.stack([b, b]))
+    assert found == pytest.approx(stats.beta.ppf(np.array([[0.025], [0.975]]), a, b), rel=5e-3)

@@ -121,6 +121,6 @@ def _limits_w(samples: Float, tail: float) -> tuple[Float, Float]:
         n_like = np.where(variance * _CERTAIN > spread, spread / np.where(variance > 0, variance, 1.0), _CERTAIN)
         return np.where(share > 0, share * n_like, 0.0), np.where(share < 1, (1 - share) * n_like, 0.0)
 
-    without, with_one = parameters(lack, most - lack), parameters(light, light)
-    low, high = (mixture_quantile(level, without, with_one) for level in (tail, 1 - tail))
+    a, b = np.moveaxis(np.array([parameters(lack, most - lack), parameters(light, light)]), 1, 0)
+    low, high = mixture_quantile(np.array([tail, 1 - tail]), a, b)
     return certain_w + most_w * low, certain_w + most_w * high + unseen_w
