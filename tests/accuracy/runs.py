@@ -8,6 +8,7 @@ same ways as to a map of its own, and a run costs milliseconds.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cached_property
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -64,15 +65,17 @@ class _Piece:
         self.crossing_ray = whole.crossing_ray[passed] - rays.start
         for name in ("crossing_detector", "crossing_xy_mm", "crossing_angle_rad", "crossing_registered"):
             setattr(self, name, getattr(whole, name)[passed])
-        table, source = self.signatures, self.signatures.ray_source[self.ray_signature]
-        n_sources = len(self.names.sources)
+
+    @cached_property
+    def summary(self):
+        table, step = self.signatures, self.event_step
+        source, n_sources = table.ray_source[self.ray_signature], len(self.names.sources)
         ledger = sum_ledger(
-            source, n_sources, self.event_offsets, table.kind[self.event_step], table.face[self.event_step],
-            table.medium[self.event_step], self.event_light, self.lights.power,
-            np.array([body for body, _ in self.names.faces], np.int32),
+            source, n_sources, self.event_offsets, table.kind[step], table.face[step], table.medium[step],
+            self.event_light, self.lights.power, np.array([body for body, _ in self.names.faces], np.int32),
         )  # fmt: skip
         counts = tuple(np.bincount(source, minlength=n_sources).tolist())
-        self.summary = SimpleNamespace(ledger=ledger, rays_of_source=counts)
+        return SimpleNamespace(ledger=ledger, rays_of_source=counts)
 
 
 def _joined(traced: list[TracedPortion]) -> TracedPortion:
