@@ -31,7 +31,7 @@ from raymaps.target_options import (
     four,
     target_asked,
 )
-from raymaps.units import format_bytes, format_duration, format_quantity, format_with_error
+from raymaps.units import format_bytes, format_duration, format_estimate, format_quantity
 
 if TYPE_CHECKING:
     from raymaps.store import RayMap
@@ -229,8 +229,9 @@ def query(
     if as_json:
         _print_json({**found.to_dict(), **_switched_off(raymap)})
         return
-    if found.flux_w is not None and found.flux_stderr_w is not None:
-        _say(f"{found.rays} of {found.scanned} rays match: {format_with_error(found.flux_w, found.flux_stderr_w)}")
+    if found.flux_w is not None and found.flux_stderr_w is not None and found.interval_w is not None:
+        flux = format_estimate(found.flux_w, found.flux_stderr_w, found.interval_w)
+        _say(f"{found.rays} of {found.scanned} rays match: {flux}")
     else:
         _say(f"{found.rays} of the first {found.scanned} rays match; without --limit all are counted and the flux told")
     if found.rays:

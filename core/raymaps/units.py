@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 
-__all__ = ["format_bytes", "format_duration", "format_quantity", "format_with_error", "prefix_of"]
+__all__ = ["format_bytes", "format_duration", "format_estimate", "format_quantity", "format_with_error", "prefix_of"]
 
 _PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"))
 
@@ -39,6 +39,16 @@ def format_with_error(value: float, stderr: float, unit: str = "W") -> str:
         return f"{value:.6g} ± {stderr:g} {prefix}{unit}"
     decimals = max(0, 1 - math.floor(math.log10(stderr)))
     return f"{value:.{decimals}f} ± {stderr:.{decimals}f} {prefix}{unit}"
+
+
+def format_estimate(value: float, stderr: float, interval: tuple[float, float], unit: str = "W") -> str:
+    """A value with its standard error for people; where nothing counted, below what it is: ``0 W, below 30 µW (95 %)``.
+
+    ``interval`` is that of `raymaps.criterion.confidence_interval`.
+    """
+    if value == 0 and interval[1] > 0:
+        return f"0 {unit}, below {format_quantity(interval[1], unit, 2)} (95 %)"
+    return format_with_error(value, stderr, unit)
 
 
 def format_bytes(n_bytes: int) -> str:

@@ -26,7 +26,7 @@ def ledger_of(portions):
     n_rays = len(portions) * PORTION
     return energy_ledger(
         SimpleNamespace(
-            names=SimpleNamespace(bodies=("Body",), media=("Glass",)),
+            names=SimpleNamespace(sources=("Lamp",), bodies=("Body",), media=("Glass",)),
             ray_flux_w=np.array([1 / n_rays]),
             rays_of_source=np.array([n_rays]),
             source_flux_w=np.array([1.0]),
@@ -45,7 +45,9 @@ def test_the_ledger_of_a_thousand_million_rays():
     for _ in range(15_259):
         share = rng.dirichlet([5, 1e-3, 2, 1e-6]) * PORTION
         places = (("body", 0), ("medium", 0), ("escaped", 0), ("killed", int(EventKind.KILLED_DEPTH)))
-        portions.append([LedgerEntry(0, *place, float(x)) for place, x in zip(places, share, strict=True)])
+        portions.append(
+            [LedgerEntry(0, *place, float(x), float(x) / 2) for place, x in zip(places, share, strict=True)]
+        )
     ledger = ledger_of(portions)
     assert ledger.absorbed_w + ledger.escaped_w + ledger.killed_w == pytest.approx(1, abs=1e-15 * 4)
     exact = sum(Fraction(p[2].light) for p in portions) / (len(portions) * PORTION)
@@ -65,7 +67,7 @@ def test_a_hundred_million_samples_of_a_detector(value):
     power = float(np.float32(value))
     light = np.array([[power, 0, 0, 0, 0]])
     source = np.zeros(n, np.int16)
-    sums, rounded = RaySums(*(np.zeros(1) for _ in range(4))), np.zeros((4, 1))
+    sums, rounded = RaySums(*(np.zeros(1) for _ in range(6))), np.zeros((4, 1))
     for _ in range(times):
         add_rays(ray, row, np.zeros(0, np.int64), light, source, sums, rounded)
     exact = float(Fraction(power) * n * times)
@@ -87,12 +89,14 @@ def test_a_portion_adds_up_float32_without_loss():
     power = rng.random(1_000).astype(np.float32).astype(np.float64)
     light = np.stack([rng.integers(0, 1_000, n), np.zeros(n, np.int64)], axis=1).astype(np.uint32).reshape(-1)
     account = np.tile(np.array([0, -1 - 1], np.int32), n)
-    sums = np.zeros((1, 2))
-    sum_light(np.zeros(n, np.int16), np.arange(0, 2 * n + 1, 2), light, power, account, sums)
+    sums, rounded = np.zeros((2, 2, 1, 2))
+    sum_light(
+        np.zeros(n, np.int16), np.arange(0, 2 * n + 1, 2), light, power, account, sums, rounded, np.zeros(2)
+    )  # fmt: skip
     exact = float(
         sum(Fraction(float(p)) * int(c) for p, c in zip(power, np.bincount(light[::2], minlength=1_000), strict=True))
     )
-    assert sums[0, 1] == pytest.approx(exact, rel=1e-12, abs=0)
+    assert sums[0, 0, 1] == pytest.approx(exact, rel=1e-12, abs=0)
 
 
 @pytest.fixture(scope="module")

@@ -110,7 +110,7 @@ def test_text_and_tree_ask_the_same():
 
 def test_figures_for_json():
     data = json.loads(json.dumps(query(simple_map("LA", portion_rays=2), "ended(left)", limit=1).to_dict()))
-    assert set(data) == {"criterion", "rays", "scanned", "flux_w", "flux_stderr_w", "ids"}
+    assert set(data) == {"criterion", "rays", "scanned", "flux_w", "flux_stderr_w", "interval_w", "ids"}
     assert data["ids"] == [0]
 
 

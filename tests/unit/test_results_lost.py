@@ -111,7 +111,7 @@ def test_info_tells_them(raymap):
     info = map_info(raymap)
     data = info.to_dict()["lost"]
     assert [set(one) for one in data] == [
-        {"body", "face", "reason", "rays", "flux_w", "flux_stderr_w", "share", "point_mm", "criterion"}
+        {"body", "face", "reason", "rays", "flux_w", "flux_stderr_w", "interval_w", "share", "point_mm", "criterion"}
     ] * len(data)
     assert data[0]["rays"] == info.lost[0].rays
     text = info.to_text()

@@ -97,7 +97,8 @@ def test_the_face_ahead_of_an_absorption_on_the_way_makes_no_other_path():
 def test_figures_for_json_and_text(raymap):
     table = distinct_paths(raymap, limit=3)
     data = json.loads(json.dumps(table.to_dict()))
-    assert [set(path) for path in data["paths"]] == [{"signature", "source", "rays", "flux_w", "flux_stderr_w"}] * 3
+    keys = {"signature", "source", "rays", "flux_w", "flux_stderr_w", "interval_w"}
+    assert [set(path) for path in data["paths"]] == [keys] * 3
     lines = table.to_text().splitlines()
     assert len(lines) == 5
     assert table.paths[0].signature in lines[1]

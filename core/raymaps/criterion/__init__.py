@@ -3,6 +3,7 @@
 
 from raymaps.criterion.estimate import covariance_w2, estimate_flux
 from raymaps.criterion.evaluate import Bound, Verdicts, bind, inside_area, matching_rays
+from raymaps.criterion.interval import confidence_interval
 from raymaps.criterion.query import QueryResult, decided, matches, query, rays_per_source
 from raymaps.criterion.text import format_criterion, format_name, parse_criterion
 from raymaps.criterion.tree import (
@@ -55,6 +56,7 @@ __all__ = [
     "all_of",
     "any_of",
     "bind",
+    "confidence_interval",
     "covariance_w2",
     "decided",
     "estimate_flux",

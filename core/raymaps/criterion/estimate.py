@@ -22,11 +22,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["covariance_w2", "estimate_flux"]
+__all__ = ["along", "covariance_w2", "estimate_flux", "is_rounding"]
 
 Float = NDArray[np.float64]
 
-#: A spread below this share of the sum of squares is rounding: all samples are equal.
+#: A difference below this share of the sums that it is of is rounding: all samples are equal.
 _ROUNDING = 1e-12
 
 
@@ -57,10 +57,10 @@ def estimate_flux(
     flux_w, stderr_w : (...) float64, W
     """
     total, squares = np.asarray(total, np.float64), np.asarray(squares, np.float64)
-    phi, n, known = (_along(values, total.ndim) for values in (source_flux_w, n_rays, exact))
+    phi, n, known = (along(values, total.ndim) for values in (source_flux_w, n_rays, exact))
     some = np.maximum(n, 1.0)
     spread = squares - total**2 / some
-    all_equal = (spread <= _ROUNDING * squares) | (n < 2)
+    all_equal = is_rounding(spread, squares) | (n < 2)
     one = np.where(total > 0, squares / np.where(total > 0, total, 1.0), light_of_one)
     variance = np.where(all_equal, (one / some) ** 2, spread / (some * np.maximum(n - 1.0, 1.0)))
     variance = np.where(known != 0, 0.0, variance)
@@ -84,13 +84,18 @@ def covariance_w2(
     (...) float64, W²; 0 for sources with fewer than two rays.
     """
     total_a, total_b = np.asarray(total_a, np.float64), np.asarray(total_b, np.float64)
-    phi, n = (_along(values, total_a.ndim) for values in (source_flux_w, n_rays))
+    phi, n = (along(values, total_a.ndim) for values in (source_flux_w, n_rays))
     some = np.maximum(n, 2.0)
     sample = (np.asarray(products, np.float64) - total_a * total_b / some) / (some * (some - 1.0))
     return np.sum(np.where(n < 2, 0.0, phi**2 * sample), axis=0)
 
 
-def _along(values: ArrayLike, ndim: int) -> Float:
+def is_rounding(spread: Float, of: Float) -> NDArray[np.bool_]:
+    """Where a difference of sums is no more than their rounding."""
+    return spread <= _ROUNDING * of
+
+
+def along(values: ArrayLike, ndim: int) -> Float:
     """Values per source, shaped so that they combine with arrays whose first axis is the source."""
     array = np.asarray(values, np.float64)
     return array.reshape(array.shape + (1,) * (ndim - array.ndim)) if array.ndim else array

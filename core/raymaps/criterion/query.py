@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from raymaps.criterion.estimate import estimate_flux
 from raymaps.criterion.evaluate import Bound, bind, matching_rays
+from raymaps.criterion.interval import confidence_interval
 from raymaps.criterion.text import format_criterion
 from raymaps.criterion.tree import Criterion, Everything
 from raymaps.errors import CriterionError
@@ -36,6 +37,8 @@ class QueryResult:
     flux_w, flux_stderr_w : float or None
         Light that the matching rays were emitted with, in W, and its standard error. None where the search stopped
         early: rays that were scanned *until* enough were found are no fair sample.
+    interval_w : (low, high) or None
+        Limits that contain the true flux with 95 % confidence; see `raymaps.criterion.interval`.
     ids : (n,) int64
         Numbers of the matching rays, ascending; the first ones if a limit was set.
     """
@@ -45,6 +48,7 @@ class QueryResult:
     scanned: int
     flux_w: float | None
     flux_stderr_w: float | None
+    interval_w: tuple[float, float] | None
     ids: NDArray[np.int64]
 
     def to_dict(self) -> dict[str, Any]:
@@ -55,6 +59,7 @@ class QueryResult:
             "scanned": self.scanned,
             "flux_w": self.flux_w,
             "flux_stderr_w": self.flux_stderr_w,
+            "interval_w": None if self.interval_w is None else list(self.interval_w),
             "ids": self.ids.tolist(),
         }
 
@@ -87,22 +92,20 @@ def query(raymap: RayMap, criterion: Criterion | str | None = None, limit: int |
         scanned.append(portion)
         if limit is not None and found_of_source.sum() >= limit:
             break
-    flux_w = stderr_w = None
+    flux_w = stderr_w = interval_w = None
     if len(scanned) == len(raymap.portions):
-        flux, stderr = estimate_flux(
-            raymap.source_flux_w,
-            raymap.rays_of_source,
-            found_of_source,
-            found_of_source,
-            decided(bound, raymap.rays_of_source),
-        )
-        flux_w, stderr_w = float(flux), float(stderr)
+        sums = (raymap.source_flux_w, raymap.rays_of_source, found_of_source, found_of_source)
+        known = decided(bound, raymap.rays_of_source)
+        flux_w, stderr_w = (float(value) for value in estimate_flux(*sums, known))
+        low, high = confidence_interval(*sums, known)
+        interval_w = float(low), float(high)
     return QueryResult(
         criterion=format_criterion(bound.criterion),
         rays=int(found_of_source.sum()),
         scanned=sum(portion.n_rays for portion in scanned),
         flux_w=flux_w,
         flux_stderr_w=stderr_w,
+        interval_w=interval_w,
         ids=_read_only(np.concatenate([np.zeros(0, np.int64), *ids])[:limit]),
     )
 

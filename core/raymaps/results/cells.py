@@ -68,6 +68,8 @@ class RaySums(NamedTuple):
     squares: Float  # (n_sources,) sum of X²
     lumen: Float  # (n_sources,) sum of Y; 0 of RGB light
     lumen_squares: Float  # (n_sources,) sum of Y²
+    most: Float  # (n_sources,) largest X
+    most_lumen: Float  # (n_sources,) largest Y
 
 
 class SpectrumSums(NamedTuple):
@@ -99,7 +101,7 @@ def sum_samples(raymap: RayMap, samples_of: Callable[[Portion], Samples | None],
     from raymaps.results.cells_kernel import add_rays, add_spectra, add_to_cells
 
     n_sources = len(raymap.names.sources)
-    rays = RaySums(*(np.zeros(n_sources) for _ in range(4)))
+    rays = RaySums(*(np.zeros(n_sources) for _ in range(6)))
     divisions = tuple(_empty(n_sources, n, raymap.bands.lumen_per_w is not None) for n in n_cells)
     in_cell = [np.zeros((2, n)) for n in n_cells]
     spectral = raymap.bands.is_spectral and all(portion.lights.has_spectra for portion in raymap.portions)

@@ -48,6 +48,8 @@ def add_rays(ray, light_row, less_row, light, source_of_ray, sums, rounded):
         _add(sums.squares, rounded[1], source, power * power)
         _add(sums.lumen, rounded[2], source, lumen)
         _add(sums.lumen_squares, rounded[3], source, lumen * lumen)
+        sums.most[source] = max(sums.most[source], power)
+        sums.most_lumen[source] = max(sums.most_lumen[source], lumen)
         n_rays += 1
         start = end
     return n_rays

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from raymaps.results.cells import Sums
 from raymaps.results.figures import Asked, Figures, Spectrum, Statistic, named, spectrum_of
-from raymaps.units import format_with_error
+from raymaps.units import format_estimate, format_with_error
 
 if TYPE_CHECKING:
     from raymaps.store import RayMap
@@ -58,8 +58,11 @@ class DetectorResult:
     rays, crossings : int
         Rays that count, and how often.
     flux_w : Statistic
+    interval_w : (low, high)
+        Limits that contain the true flux with 95 % confidence; see `raymaps.criterion.interval`.
     flux_lm : Statistic or None
         None of an RGB simulation, which knows no lumens.
+    interval_lm : (low, high) or None
     spectrum : Spectrum or None
         The light by band, where spectra were stored.
     without : tuple of str
@@ -75,7 +78,9 @@ class DetectorResult:
     rays: int
     crossings: int
     flux_w: Statistic
+    interval_w: tuple[float, float]
     flux_lm: Statistic | None = None
+    interval_lm: tuple[float, float] | None = None
     spectrum: Spectrum | None = field(default=None, repr=False)
     without: tuple[str, ...] = ()
 
@@ -90,6 +95,7 @@ class DetectorResult:
     def radiant_keys(self) -> dict[str, Any]:
         """Rays and figures in W, for JSON."""
         data = {"rays": self.rays, "crossings": self.crossings, **named(self.flux_w, "flux", "w")}
+        data["interval_w"] = list(self.interval_w)
         for name, figure in self.densities(self.units.radiant).items():
             data |= named(figure, name, self.units.radiant)
         return data
@@ -99,6 +105,7 @@ class DetectorResult:
         data: dict[str, Any] = {}
         if self.flux_lm is not None:
             data |= named(self.flux_lm, "flux", "lm")
+            data["interval_lm"] = None if self.interval_lm is None else list(self.interval_lm)
             for name, figure in self.densities(self.units.luminous).items():
                 data |= named(figure, name, self.units.luminous)
         if self.spectrum is not None:
@@ -114,7 +121,10 @@ class DetectorResult:
 
     def flux_row(self) -> tuple[str, str]:
         """The flux, for people."""
-        return "flux", _with_lumens(self.flux_w, "W", "", self.flux_lm, "lm")
+        text = format_estimate(self.flux_w.value, self.flux_w.stderr, self.interval_w)
+        if self.flux_lm is None or self.interval_lm is None:
+            return "flux", text
+        return "flux", f"{text}, {format_estimate(self.flux_lm.value, self.flux_lm.stderr, self.interval_lm, 'lm')}"
 
     def density_rows(self) -> list[tuple[str, str]]:
         """Mean and extremes, for people."""
@@ -193,12 +203,13 @@ def common_fields(
         "rays": sums.n_rays,
         "crossings": sums.n_samples,
         "flux_w": watts.flux,
+        "interval_w": watts.interval,
         "spectrum": spectrum_of(raymap, asked, sums),
         "without": raymap.scene.settings.without,
     }
     fields |= {f"{name}_{units.radiant}": getattr(watts, of) for name, of in _DENSITIES.items()}
     if lumens is not None:
-        fields["flux_lm"] = lumens.flux
+        fields["flux_lm"], fields["interval_lm"] = lumens.flux, lumens.interval
         for name, of in _DENSITIES.items():
             fields[f"{name}_{units.luminous}"] = getattr(lumens, of).scaled(units.scale)
     return fields

@@ -18,6 +18,7 @@ from raymaps.criterion import (
     From,
     all_of,
     bind,
+    confidence_interval,
     covariance_w2,
     estimate_flux,
     format_criterion,
@@ -63,6 +64,8 @@ class Figures:
     Attributes
     ----------
     flux : Statistic
+    interval : (low, high)
+        Limits that contain the true flux with 95 % confidence.
     mean, least, most : Statistic
         Flux over what the cells measure (area, solid angle), of all cells that count and of the extreme ones.
     uniformity : Statistic or None
@@ -72,6 +75,7 @@ class Figures:
     """
 
     flux: Statistic
+    interval: tuple[float, float]
     mean: Statistic
     least: Statistic
     most: Statistic
@@ -164,7 +168,8 @@ def radiometric(
     """
     cells = sums.cells[division]
     return _figures(
-        raymap, asked, (sums.rays.total, sums.rays.squares), (cells.cell_light[:, :, 0], cells.cell_squares), cells,
+        raymap, asked, (sums.rays.total, sums.rays.squares, sums.rays.most),
+        (cells.cell_light[:, :, 0], cells.cell_squares), cells,
         np.ones(len(raymap.names.sources)), measure, counting,
     )  # fmt: skip
 
@@ -179,7 +184,7 @@ def photometric(
     emitted = _at_emission(raymap, lambda lights: lights.lumen_per_w, float(lumen_per_w.max()))
     cells = sums.cells[division]
     return _figures(
-        raymap, asked, (sums.rays.lumen, sums.rays.lumen_squares),
+        raymap, asked, (sums.rays.lumen, sums.rays.lumen_squares, sums.rays.most_lumen),
         (cells.cell_light[:, :, 1], cells.cell_lumen_squares), None, emitted, measure, counting,
     )  # fmt: skip
 
@@ -187,7 +192,7 @@ def photometric(
 def _figures(
     raymap: RayMap,
     asked: Asked,
-    in_all: tuple[Float, Float],
+    in_all: tuple[Float, Float, Float],
     of_cells: tuple[Float, Float],
     products: CellSums | None,
     light_of_one: Float,
@@ -195,9 +200,11 @@ def _figures(
     counting: NDArray[np.bool_],
 ) -> Figures:
     flux_w, n_rays = raymap.source_flux_w, raymap.rays_of_source
-    total, squares = in_all
+    total, squares, most = in_all
     cell_total, cell_squares = of_cells
-    flux, stderr = estimate_flux(flux_w, n_rays, total, squares, asked.impossible, light_of_one)
+    of_rays = (flux_w, n_rays, total, squares, asked.impossible, light_of_one)
+    flux, stderr = estimate_flux(*of_rays)
+    low, high = confidence_interval(*of_rays, most=np.maximum(most, light_of_one))
     # An empty cell is as uncertain as one ray there: a typical one of those that arrived, or one with all its light.
     typical = np.divide(squares, total, light_of_one.copy(), where=total > 0)
     cells, cells_stderr = estimate_flux(flux_w, n_rays, cell_total, cell_squares, asked.impossible, typical[:, None])
@@ -221,8 +228,9 @@ def _figures(
         variance = least.stderr**2 + u**2 * mean.stderr**2 - 2 * u * float(covariance)
         uniformity = Statistic(u, math.sqrt(max(variance, 0.0)) / mean.value)
     return Figures(
-        Statistic(float(flux), float(stderr)), mean, least, of_cell(brightest), uniformity, cells, cells_stderr
-    )
+        Statistic(float(flux), float(stderr)), (float(low), float(high)), mean, least, of_cell(brightest), uniformity,
+        cells, cells_stderr,
+    )  # fmt: skip
 
 
 def spectrum_of(raymap: RayMap, asked: Asked, sums: Sums) -> Spectrum | None:

@@ -6,15 +6,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from raymaps.results.ledger import Ledger, energy_ledger
+from raymaps.results.ledger import ROUNDING, Account, Ledger, energy_ledger
 from raymaps.results.lost import Lost, lost_lines, lost_rays, lost_words
 from raymaps.store import RayMap
-from raymaps.units import format_bytes, format_quantity, format_with_error
+from raymaps.units import format_bytes, format_estimate, format_quantity, format_with_error
 
 __all__ = ["MapInfo", "map_info", "target_line"]
-
-#: Share of the light below which a figure is rounding, and shown as 0.
-ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -63,15 +60,19 @@ class MapInfo:
 
     def _ledger_lines(self) -> list[str]:
         ledger = self.ledger
-        rows: list[tuple[str, float]] = [("emitted", ledger.emitted_w), ("absorbed", ledger.absorbed_w)]
-        rows += [(f"  by body {name}", flux) for name, flux in ledger.absorbed_by_body_w.items()]
-        rows += [(f"  by medium {name}", flux) for name, flux in ledger.absorbed_by_medium_w.items()]
-        rows += [("left the scene", ledger.escaped_w), ("killed", ledger.killed_w)]
-        rows += [(f"  {reason}", flux) for reason, flux in ledger.killed_by_reason_w.items()]
+        rows: list[tuple[str, Account]] = [("absorbed", ledger.absorbed)]
+        rows += [(f"  by body {name}", account) for name, account in ledger.absorbed_by_body.items()]
+        rows += [(f"  by medium {name}", account) for name, account in ledger.absorbed_by_medium.items()]
+        rows += [("left the scene", ledger.escaped), ("killed", ledger.killed)]
+        rows += [(f"  {reason}", account) for reason, account in ledger.killed_by_reason.items()]
         width = max(len(label) for label, _ in rows) + 2
         share = 100 / ledger.emitted_w if ledger.emitted_w else 0.0
-        rows = [(label, flux if abs(flux) > ROUNDING * ledger.emitted_w else 0.0) for label, flux in rows]
-        return [f"{label:<{width}}{format_quantity(flux, 'W'):>12}{flux * share:>10.4f} %" for label, flux in rows]
+        told = [("emitted", format_quantity(ledger.emitted_w, "W"), ledger.emitted_w)]
+        for label, account in rows:
+            flux_w = account.flux_w if abs(account.flux_w) > ROUNDING * ledger.emitted_w else 0.0
+            told.append((label, format_estimate(flux_w, account.stderr_w, account.interval_w), flux_w))
+        column = max(len(text) for _, text, _ in told)
+        return [f"{label:<{width}}{text:>{column}}{flux_w * share:>10.4f} %" for label, text, flux_w in told]
 
 
 def map_info(raymap: RayMap) -> MapInfo:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from raymaps.criterion import Happened, Hit, estimate_flux, format_criterion
+from raymaps.criterion import Happened, Hit, confidence_interval, estimate_flux, format_criterion
 from raymaps.kinds import KILL_REASONS, EventKind
 from raymaps.store.signatures import NONE
 from raymaps.units import format_quantity, format_with_error
@@ -42,6 +42,8 @@ class Lost:
     rays : int
     flux_w, flux_stderr_w : float
         Light that they had left, and its standard error.
+    interval_w : (low, high)
+        Limits that contain the true flux with 95 % confidence.
     share : float
         Of all emitted light.
     point_mm : (x, y, z)
@@ -56,6 +58,7 @@ class Lost:
     rays: int
     flux_w: float
     flux_stderr_w: float
+    interval_w: tuple[float, float]
     share: float
     point_mm: tuple[float, float, float]
     criterion: str
@@ -72,7 +75,7 @@ class Lost:
 
     def to_dict(self) -> dict[str, Any]:
         """As in ``raymaps info --json``."""
-        return {**self.__dict__, "point_mm": list(self.point_mm)}
+        return {**self.__dict__, "interval_w": list(self.interval_w), "point_mm": list(self.point_mm)}
 
     def sentence(self) -> str:
         """What ``raymaps check`` says."""
@@ -133,7 +136,8 @@ def _lost(raymap: RayMap, key: tuple[int, int], sums: _Sums) -> Lost:
     names, kind = raymap.names, EventKind(key[0])
     body, face = (names.bodies[names.faces[key[1]][0]], names.faces[key[1]][1]) if key[1] != NONE else (None, None)
     shown = Happened(kind.label) if body is None else Hit(body, face, kind.label)
-    flux_w, stderr_w = estimate_flux(raymap.source_flux_w, raymap.rays_of_source, sums.total, sums.squares)
+    of_sources = (raymap.source_flux_w, raymap.rays_of_source, sums.total, sums.squares)
+    (flux_w, stderr_w), (low_w, high_w) = estimate_flux(*of_sources), confidence_interval(*of_sources)
     emitted_w = float(raymap.source_flux_w[raymap.rays_of_source > 0].sum())
     return Lost(
         body=body,
@@ -142,6 +146,7 @@ def _lost(raymap: RayMap, key: tuple[int, int], sums: _Sums) -> Lost:
         rays=sums.rays,
         flux_w=float(flux_w),
         flux_stderr_w=float(stderr_w),
+        interval_w=(float(low_w), float(high_w)),
         share=float(flux_w) / (emitted_w or 1.0),
         point_mm=sums.point_mm,
         criterion=format_criterion(shown),

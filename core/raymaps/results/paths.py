@@ -14,7 +14,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from raymaps.criterion import Criterion, Everything, bind, estimate_flux, format_criterion, matches
+from raymaps.criterion import (
+    Criterion,
+    Everything,
+    bind,
+    confidence_interval,
+    estimate_flux,
+    format_criterion,
+    matches,
+)
 from raymaps.kinds import IN_MEDIUM, OFF_SURFACE, EventKind
 from raymaps.names import Names
 from raymaps.store.signatures import NONE, SignatureTable
@@ -41,6 +49,8 @@ class DistinctPath:
     rays : int
     flux_w, flux_stderr_w : float
         Light that these rays were emitted with, in W, and its standard error.
+    interval_w : (low, high)
+        Limits that contain the true flux with 95 % confidence.
     """
 
     signature: str
@@ -48,6 +58,7 @@ class DistinctPath:
     rays: int
     flux_w: float
     flux_stderr_w: float
+    interval_w: tuple[float, float]
 
     def to_dict(self) -> dict[str, Any]:
         """As the command line and the server print it."""
@@ -57,6 +68,7 @@ class DistinctPath:
             "rays": self.rays,
             "flux_w": self.flux_w,
             "flux_stderr_w": self.flux_stderr_w,
+            "interval_w": list(self.interval_w),
         }
 
 
@@ -124,9 +136,9 @@ def distinct_paths(raymap: RayMap, where: Criterion | str | None = None, limit: 
     source = np.array([_steps_of(key)[0]["source"] for key in keys], np.int64)
     n_rays = np.array([counts[key] for key in keys], np.int64)
     # every path belongs to one source, of which it is a share of the rays
-    flux_w, stderr_w = estimate_flux(
-        raymap.source_flux_w[source][None], raymap.rays_of_source[source][None], n_rays[None], n_rays[None]
-    )
+    sums = (raymap.source_flux_w[source][None], raymap.rays_of_source[source][None], n_rays[None], n_rays[None])
+    flux_w, stderr_w = estimate_flux(*sums)
+    low_w, high_w = confidence_interval(*sums)
     order = sorted(range(len(keys)), key=lambda i: (-flux_w[i], -n_rays[i], keys[i]))
     names, words = raymap.names, dict[bytes, str]()
     return PathTable(
@@ -140,6 +152,7 @@ def distinct_paths(raymap: RayMap, where: Criterion | str | None = None, limit: 
                 rays=int(n_rays[i]),
                 flux_w=float(flux_w[i]),
                 flux_stderr_w=float(stderr_w[i]),
+                interval_w=(float(low_w[i]), float(high_w[i])),
             )
             for i in order[:limit]
         ),

@@ -135,6 +135,7 @@ class Report:
             "scanned": self.found.scanned,
             "flux_w": self.found.flux_w,
             "flux_stderr_w": self.found.flux_stderr_w,
+            "interval_w": None if self.found.interval_w is None else list(self.found.interval_w),
             "without": list(self.without),
             "lost": [one.to_dict() for one in self.lost],
             "rays": [asdict(ray) for ray in self.rays],

@@ -8,7 +8,7 @@ import io
 
 from raymaps.results.lost import lost_words
 from raymaps.results.report import DetectorCrossing, RayEvent, RayHistory, Report
-from raymaps.units import format_quantity, format_with_error
+from raymaps.units import format_estimate, format_quantity
 
 __all__ = ["format_crossing", "report_to_csv", "report_to_text", "summary_lines", "wavelength_words"]
 
@@ -23,8 +23,8 @@ def summary_lines(report: Report) -> list[tuple[str, str]]:
         ("criterion", found.criterion),
         ("matching", f"{found.rays} of {found.scanned} rays, told here: {told}"),
     ]
-    if found.flux_w is not None and found.flux_stderr_w is not None:
-        lines.append(("flux", format_with_error(found.flux_w, found.flux_stderr_w)))
+    if found.flux_w is not None and found.flux_stderr_w is not None and found.interval_w is not None:
+        lines.append(("flux", format_estimate(found.flux_w, found.flux_stderr_w, found.interval_w)))
     if report.without:
         lines.append(("without", f"{', '.join(report.without)} (switched off)"))
     if report.lost:

@@ -2,6 +2,7 @@
 """Ray Maps on disk: portions are written while the tracer runs, and read column by column. Knows no optics."""
 
 from raymaps.names import Names
+from raymaps.store.ledger import ledger_of
 from raymaps.store.lights import Lights, Stored
 from raymaps.store.portion import Portion
 from raymaps.store.raymap import MAP_VERSION, Manifest, MapWriter, RayMap
@@ -21,4 +22,5 @@ __all__ = [
     "RayMap",
     "SignatureTable",
     "Stored",
+    "ledger_of",
 ]

@@ -210,8 +210,8 @@ def hash_rays(first_ray, source, event_offsets, event_code, triangle, position_b
 
 
 @kernel
-def sum_light(source, event_offsets, light_of_event, light_power, account, sums):
-    """Add the light that each event took, or that ended there, to the event's account.
+def sum_light(source, event_offsets, light_of_event, light_power, account, sums, rounded, of_ray):
+    """Add the light that each event took, or that ended there, to the event's account, and its squares ray by ray.
 
     Parameters
     ----------
@@ -220,14 +220,33 @@ def sum_light(source, event_offsets, light_of_event, light_power, account, sums)
     light_power : (n_lights,) float64
     account : (n_events,) int32
         Account that the light lost at an event goes to; ``-1 - a`` if all light that arrives goes to account a.
-    sums : (n_sources, n_accounts) float64, added to
+    sums, rounded : (2, n_sources, n_accounts) float64
+        Light and squares, added to; and what rounding added to each so far, zeros at first.
+    of_ray : (n_accounts,) float64
+        Room for the light of one ray; zeros, and zeros again afterwards.
     """
     for ray in range(len(source)):
+        of_source = source[ray]
         before = 0.0
         for row in range(event_offsets[ray], event_offsets[ray + 1]):
             after = light_power[light_of_event[row]]
             if account[row] < 0:
-                sums[source[ray], -1 - account[row]] += before
+                of_ray[-1 - account[row]] += before
             elif row > event_offsets[ray]:
-                sums[source[ray], account[row]] += before - after
+                of_ray[account[row]] += before - after
             before = after
+        for row in range(event_offsets[ray], event_offsets[ray + 1]):
+            to = account[row] if account[row] >= 0 else -1 - account[row]
+            if of_ray[to] != 0.0:
+                _add(sums[0, of_source], rounded[0, of_source], to, of_ray[to])
+                _add(sums[1, of_source], rounded[1, of_source], to, of_ray[to] * of_ray[to])
+                of_ray[to] = 0.0
+
+
+@kernel
+def _add(sums, rounded, at, value):
+    """Add a value to one of the sums without the rounding of many additions (W. Kahan, Comm. ACM 8 (1965), p. 40)."""
+    corrected = value - rounded[at]
+    total = sums[at] + corrected
+    rounded[at] = (total - sums[at]) - corrected
+    sums[at] = total

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
+from typing import Any
 
 from raymaps.store.sealed import seal, unseal
 
@@ -20,16 +21,26 @@ def folder_name(first_ray: int) -> str:
 
 @dataclass(frozen=True)
 class LedgerEntry:
-    """Light of a source's rays that ended in one way, as a sum of their relative light.
+    """Light of a source's rays that ended in one way: the sum of their relative light, and of its squares ray by ray.
 
     ``what`` is "body" or "medium" (absorbed; ``index`` says by which), "escaped", or "killed" (``index`` is the
-    `EventKind`).
+    `EventKind`). ``squares`` is None in maps of times before it was stored.
     """
 
     source: int
     what: str
     index: int
     light: float
+    squares: float | None = None
+
+    @classmethod
+    def from_dict(cls, data: dict[str, Any]) -> LedgerEntry:
+        """From plain data; raises `KeyError`, `TypeError` or `ValueError` if it is damaged."""
+        squares = data.get("squares")
+        return cls(
+            int(data["source"]), str(data["what"]), int(data["index"]), float(data["light"]),
+            None if squares is None else float(squares),
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -66,10 +77,7 @@ class PortionSummary:
             n_signatures=int(data["n_signatures"]),
             rays_of_source=tuple(int(n) for n in data["rays_of_source"]),
             content=(int(data["content"][0], 16), int(data["content"][1], 16)),
-            ledger=tuple(
-                LedgerEntry(int(entry["source"]), str(entry["what"]), int(entry["index"]), float(entry["light"]))
-                for entry in data["ledger"]
-            ),
+            ledger=tuple(LedgerEntry.from_dict(entry) for entry in data["ledger"]),
             file_bytes={str(name): int(size) for name, size in data["file_bytes"].items()},
             file_sha256={str(name): str(digest) for name, digest in data["file_sha256"].items()},
             seconds={str(stage): float(seconds) for stage, seconds in data.get("seconds", {}).items()},

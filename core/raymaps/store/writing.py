@@ -13,22 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.bands import Bands
-from raymaps.kinds import KILL_REASONS, EventKind
+from raymaps.kinds import EventKind
 from raymaps.names import Names
 from raymaps.store.codes import bits, step_code
 from raymaps.store.columns import COLUMNS, pack_columns
 from raymaps.store.identities import Identities
+from raymaps.store.ledger import sum_ledger
 from raymaps.store.lights import Stored, distinct_lights
 from raymaps.store.signatures import NONE, SignatureTable
-from raymaps.store.summary import SUMMARY_FILE, LedgerEntry, PortionSummary, folder_name
+from raymaps.store.summary import SUMMARY_FILE, PortionSummary, folder_name
 from raymaps.traced import FaceIndex, TracedPortion
 
 __all__ = ["write_portion"]
-
-#: Events at which only metals and absorbing films take light.
-_MOSTLY_LOSSLESS = (EventKind.FRESNEL_REFLECTION, EventKind.FRESNEL_REFRACTION, EventKind.MEDIUM_SCATTERING)
-#: Share of the light that is lost by rounding in float32, at most.
-ROUNDING = 1e-5
 
 
 def write_portion(
@@ -113,7 +109,10 @@ def write_portion(
             history.first_ray, n_rays, len(face), len(crossing_code), len(table),
             tuple(int(n) for n in np.bincount(history.source, minlength=n_sources)),
             (int(content[0]), int(content[1])),
-            _ledger(history, light, distinct.power, n_sources, face, faces.face_body),
+            sum_ledger(
+                history.source, n_sources, history.event_offsets, history.kind, face, history.medium, light,
+                distinct.power, faces.face_body,
+            ),
             {file: len(data) for file, data in packed.items()},
             {file: hashlib.sha256(data).hexdigest() for file, data in packed.items()},
             {stage: round(seconds, 6) for stage, seconds in history.seconds.items()},
@@ -147,50 +146,4 @@ def _signature_table(
         medium=(((codes >> 16) & 0xFFFF) - 1).astype(np.int16),
         detector=np.where(is_crossing, index, NONE).astype(np.int16),
         registered=np.where(is_crossing, (codes >> 8) & 1, NONE).astype(np.int8),
-    )
-
-
-def _ledger(
-    history: TracedPortion,
-    light: NDArray[np.uint32],
-    light_power: NDArray[np.float64],
-    n_sources: int,
-    face: NDArray[np.int32],
-    face_body: NDArray[np.int32],
-) -> tuple[LedgerEntry, ...]:
-    """Where each source's light went, summed over the portion's rays."""
-    from raymaps.store.numbering import sum_light
-
-    n_bodies = int(face_body.max()) + 1 if len(face_body) else 0
-    n_media = int(history.medium.max()) + 1
-    accounts = [
-        *(("body", index) for index in range(n_bodies)),
-        *(("medium", index) for index in range(n_media)),
-        ("escaped", 0),
-        *(("killed", int(kind)) for kind in KILL_REASONS),
-    ]
-    # an event's account follows from its kind: light is lost to a body or a medium, or ends outside or killed
-    by_body, by_medium, at_end = np.zeros(256, bool), np.zeros(256, bool), np.zeros(256, np.int32)
-    by_body[list(EventKind)] = True
-    by_body[EventKind.MEDIUM_ABSORPTION] = False
-    by_medium[EventKind.MEDIUM_ABSORPTION] = True
-    for index, (what, kind) in enumerate(accounts):
-        if what in ("escaped", "killed"):
-            end = EventKind.LEFT if what == "escaped" else kind
-            by_body[end], at_end[end] = False, -1 - index
-    account = at_end[history.kind]
-    on_body = by_body[history.kind] & (face >= 0)
-    account[on_body] = face_body[face[on_body]]
-    # where an interface takes no light, what is lost on the way to it is the medium's (rounding of its recolouring)
-    rows = np.flatnonzero(np.isin(history.kind, _MOSTLY_LOSSLESS))
-    before, after = light_power[light[rows - 1]], light_power[light[rows]]
-    lossless = rows[before - after <= ROUNDING * before]
-    account[lossless] = n_bodies + history.medium[lossless - 1]
-    in_medium = by_medium[history.kind]
-    account[in_medium] = n_bodies + history.medium[in_medium]
-    sums = np.zeros((n_sources, len(accounts)))
-    sum_light(history.source, history.event_offsets, light, light_power, account, sums)
-    return tuple(
-        LedgerEntry(int(source), accounts[index][0], accounts[index][1], float(sums[source, index]))
-        for source, index in zip(*np.nonzero(sums), strict=True)
     )
