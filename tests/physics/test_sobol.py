@@ -8,7 +8,7 @@ from scipy.stats.qmc import Sobol
 
 from raymaps.kernels.random import COLLAPSE, EMIT_PLACE, ON_SURFACE, ON_SURFACE_MORE, uniforms
 from raymaps.kernels.sampling import DIMENSION, sample
-from raymaps.kernels.sobol import _MIRRORED, N_DIMENSIONS, scrambles, sobol_word
+from raymaps.kernels.sobol import _TURNS, N_DIMENSIONS, scrambles, sobol_word
 from raymaps.wave import RunKey
 from tests.physics.scenes import agrees, chi_square_agrees, follows
 
@@ -31,8 +31,8 @@ def points(seed, group, n, dimensions):
 def unscrambled(n):
     """The same without a scramble, from the directions that the kernel reads."""
     found = np.zeros((n, N_DIMENSIONS), np.uint64)
-    for bit in range(n.bit_length()):
-        found ^= np.where(np.arange(n)[:, None] >> bit & 1, _MIRRORED[:, bit], 0)
+    for place in range(8):
+        found ^= _TURNS[:, place, np.arange(n) >> 4 * place & 15].T
     return np.array([[int(f"{word:032b}"[::-1], 2) for word in row] for row in found.tolist()])
 
 

@@ -60,7 +60,7 @@ _BITS = 32
 
 
 def _mirrored_directions() -> NDArray[np.uint64]:
-    """What each bit of an index turns round, (N_DIMENSIONS, 32); as words read from their lowest bit.
+    """What each bit of an index turns round, (N_DIMENSIONS, _BITS); as words read from their lowest bit.
 
     By Joe and Kuo's equation (2): m_k = 2 a_1 m_(k-1) ^ ... ^ 2^(s-1) a_(s-1) m_(k-s+1) ^ 2^s m_(k-s) ^ m_(k-s).
     """
@@ -77,9 +77,18 @@ def _mirrored_directions() -> NDArray[np.uint64]:
     return rows
 
 
-_MIRRORED = _mirrored_directions()
+def _by_four_bits(directions: NDArray[np.uint64]) -> NDArray[np.uint32]:
+    """What each four bits of an index turn round together, (N_DIMENSIONS, _BITS / 4, 16)."""
+    found = np.zeros((N_DIMENSIONS, _BITS // 4, 16), np.uint32)
+    for bit in range(4):
+        is_set = np.arange(16) >> bit & 1
+        found ^= (directions[:, bit::4, None] * is_set.astype(np.uint64)).astype(np.uint32)
+    return found
+
+
+_TURNS = _by_four_bits(_mirrored_directions())
 _LOW = np.uint64(0xFFFFFFFF)
-_ONE, _32 = np.uint64(1), np.uint64(32)
+_ONE, _32, _FOUR_BITS = np.uint64(1), np.uint64(32), np.uint64(15)
 #: Multipliers of the hash: those that N. Vegdahl found to mix best (Owen scrambling based on Laine-Karras, 2021).
 _FIRST, _SECOND, _THIRD = np.uint64(0x3D20ADEA), np.uint64(0x05526C56), np.uint64(0x53A22864)
 
@@ -99,12 +108,11 @@ def sobol_word(index, dimension, add, multiply):
         Scramble, see `scrambles`.
     """
     x = np.uint64(0)
-    bit = 0
+    place = 0
     while index != 0:
-        if index & _ONE:
-            x ^= _MIRRORED[dimension, bit]
-        index >>= _ONE
-        bit += 1
+        x ^= np.uint64(_TURNS[dimension, place, index & _FOUR_BITS])
+        index >>= np.uint64(4)
+        place += 1
     x ^= (x * _FIRST) & _LOW
     x = (x + np.uint64(add)) & _LOW
     x = (x * (np.uint64(multiply) | _ONE)) & _LOW
