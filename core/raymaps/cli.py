@@ -28,6 +28,7 @@ from raymaps.target_options import (
     TargetWhere,
     TimeLimit,
     duration_s,
+    flux_asked,
     four,
     target_asked,
 )
@@ -347,6 +348,39 @@ def explain(what: SceneOrMap, as_json: AsJson = False) -> None:
 
     explanation = explained(what)
     _print_json(explanation.to_dict()) if as_json else _say(explanation.to_text())
+
+
+@app.command(
+    epilog="Example: `raymaps accuracy lamp.scene.json --target Screen -o lamp.png` traces for some seconds and tells "
+    "how long it takes until what Screen registers is known to 10 %, 1 % and 0.1 %, with each choice that there is."
+)
+def accuracy(
+    what: SceneOrMap,
+    target: TargetDetector = None,
+    target_rect: TargetRect = None,
+    target_ellipse: TargetEllipse = None,
+    target_where: TargetWhere = None,
+    seconds: Annotated[float, typer.Option(min=1, max=3600, help="How long to try, about.")] = 8.0,
+    threads: Annotated[int | None, typer.Option(min=1, max=1024, help="By default one a processor.")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help=".png file with time against error.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """What accuracy costs in time: by sampling, surfaces and bands, from short runs that are thrown away."""
+    aim = flux_asked(target, four(target_rect, "--target-rect"), four(target_ellipse, "--target-ellipse"),
+                       target_where)  # fmt: skip
+    from raymaps.accuracy import forecast
+
+    stop = threading.Event()
+    _stop_on_signals(stop)
+    tell = (lambda text: print(text, file=sys.stderr)) if sys.stderr.isatty() else None
+    found = forecast(what, aim, seconds=seconds, threads=threads, on_note=tell, stop=stop)
+    if output is not None:
+        from raymaps.accuracy.plot import plot
+
+        plot(found, output)
+    _print_json(found.to_dict()) if as_json else _say(found.to_text())
+    if output is not None and not as_json:
+        _say(str(output))
 
 
 @app.command()

@@ -19,9 +19,10 @@ from raymaps.store import MAP_VERSION, Manifest, MapWriter, RayMap, Stored
 from raymaps.version import __version__
 
 if TYPE_CHECKING:
+    from raymaps.compile import CompiledScene
     from raymaps.target import Course, Target
 
-__all__ = ["Progress", "open_map", "simulate"]
+__all__ = ["Progress", "new_map", "open_map", "simulate"]
 
 #: Open a map that exists.
 open_map = RayMap.open
@@ -123,18 +124,8 @@ def simulate(
         manifest = _resumable(Manifest.read(path), path, compiled.scene_hash, seed)
         n_rays = manifest.rays_asked if rays is None else rays
     else:
-        n_rays = scene.settings.rays if rays is None else rays
-        manifest = Manifest(
-            seed=scene.settings.seed if seed is None else seed,
-            scene_hash=compiled.scene_hash,
-            names=compiled.names,
-            rays_asked=n_rays,
-            portion_rays=portion_rays or _portion_rays(n_rays, compiled.bands.n),
-            grid_mm=compiled.frame.grid_mm,
-            program=__version__,
-            bands=compiled.bands,
-        )
-        MapWriter.create(path, manifest, scene, compiled.meshes, compiled.ray_sets)
+        manifest = new_map(path, scene, compiled, rays=rays, seed=seed, portion_rays=portion_rays)
+        n_rays = manifest.rays_asked
 
     if on_note and not kept_machine_code():
         on_note("Compiling for this machine; that happens once and takes a minute or two.")
@@ -164,6 +155,31 @@ def simulate(
     if raymap.n_rays < n_rays:
         runner.note(f"Stopped at the time limit after {raymap.n_rays} of {n_rays} rays; go on with --resume.")
     return raymap
+
+
+def new_map(
+    path: Path,
+    scene: Scene,
+    compiled: CompiledScene,
+    *,
+    rays: int | None = None,
+    seed: int | None = None,
+    portion_rays: int | None = None,
+) -> Manifest:
+    """Make a map that has no rays yet; parameters as of `simulate`."""
+    n_rays = scene.settings.rays if rays is None else rays
+    manifest = Manifest(
+        seed=scene.settings.seed if seed is None else seed,
+        scene_hash=compiled.scene_hash,
+        names=compiled.names,
+        rays_asked=n_rays,
+        portion_rays=portion_rays or _portion_rays(n_rays, compiled.bands.n),
+        grid_mm=compiled.frame.grid_mm,
+        program=__version__,
+        bands=compiled.bands,
+    )
+    MapWriter.create(path, manifest, scene, compiled.meshes, compiled.ray_sets)
+    return manifest
 
 
 def _course(manifest: Manifest, target: Target | None, rays: int | None, usual_rays: int) -> Course | None:

@@ -20,6 +20,7 @@ __all__ = [
     "TargetWhere",
     "TimeLimit",
     "duration_s",
+    "flux_asked",
     "four",
     "target_asked",
 ]
@@ -69,12 +70,10 @@ def target_asked(
             if said is not None:
                 raise typer.BadParameter("it says what --target-error is of: give that too", param_hint=option)
         return None
-    if rect is not None and ellipse is not None:
-        raise typer.BadParameter("a region is a rectangle or an ellipse, not both", param_hint="--target-ellipse")
     matched = re.fullmatch(_NUMBER + "%?", percent.strip(), re.IGNORECASE)
     if not matched:
         raise typer.BadParameter(f"a percentage as in 1% is wanted, got '{percent}'", param_hint="--target-error")
-    from raymaps.target.aim import LARGEST_PERCENT, SMALLEST_PERCENT, Target
+    from raymaps.target.aim import LARGEST_PERCENT, SMALLEST_PERCENT
 
     value = float(matched[1])
     if not SMALLEST_PERCENT <= value <= LARGEST_PERCENT:
@@ -82,7 +81,22 @@ def target_asked(
             f"from {SMALLEST_PERCENT:g}% to {LARGEST_PERCENT:g}% can be asked for, got '{percent}'",
             param_hint="--target-error",
         )
-    return Target(value, detector, rect, ellipse, where)
+    return flux_asked(detector, rect, ellipse, where, value)
+
+
+def flux_asked(
+    detector: str | None,
+    rect: tuple[float, ...] | None,
+    ellipse: tuple[float, ...] | None,
+    where: str | None,
+    percent: float = 1.0,
+) -> Target:
+    """The flux that the options mean."""
+    from raymaps.target.aim import Target
+
+    if rect is not None and ellipse is not None:
+        raise typer.BadParameter("a region is a rectangle or an ellipse, not both", param_hint="--target-ellipse")
+    return Target(percent, detector, rect, ellipse, where)
 
 
 def duration_s(text: str | None) -> float | None:

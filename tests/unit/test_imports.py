@@ -41,6 +41,7 @@ ORDER: tuple[tuple[str, ...], ...] = (
     ("runner",),
     ("target",),
     ("run", "check"),
+    ("accuracy",),
     ("progress", "target_options"),
     ("cli", "serve"),
 )

@@ -5,6 +5,6 @@ from raymaps.target.aim import Target
 from raymaps.target.course import Course
 from raymaps.target.quantities import Quantity, check_target, quantities
 from raymaps.target.reach import reach
-from raymaps.target.rule import Tally
+from raymaps.target.rule import Tally, pilot_seed
 
-__all__ = ["Course", "Quantity", "Tally", "Target", "check_target", "quantities", "reach"]
+__all__ = ["Course", "Quantity", "Tally", "Target", "check_target", "pilot_seed", "quantities", "reach"]

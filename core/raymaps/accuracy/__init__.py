@@ -1,0 +1,9 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""What accuracy costs in time: short runs of a scene's choices, and what they foretell of long ones."""
+
+from raymaps.accuracy.choices import Choice, choices
+from raymaps.accuracy.outlook import ERRORS_PERCENT, Law, Outlook, Outlooks, Present
+from raymaps.accuracy.pilot import forecast
+from raymaps.accuracy.plot import plot
+
+__all__ = ["ERRORS_PERCENT", "Choice", "Law", "Outlook", "Outlooks", "Present", "choices", "forecast", "plot"]

@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Time against error, as a short run foretells it: laws, and tables of them.
+
+The noise of n rays is a power of n. Independent rays have the exponent 1/2; points of a sequence have up to 3/2, which
+the pilot finds from pieces of several sizes. A choice that simulates something else (facets in place of the surface,
+fewer bands) leaves a bias that no number of rays makes smaller:
+
+    error² = (a n^-p)² + bias²,        time = start + n (time of a ray).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from raymaps.units import format_duration
+
+__all__ = ["ERRORS_PERCENT", "Law", "Outlook", "Outlooks", "Present"]
+
+#: Errors whose times are told.
+ERRORS_PERCENT = (10.0, 1.0, 0.1)
+#: A bias below so many of its standard errors may be none.
+SEEN = 2.0
+#: No run has fewer rays.
+FEWEST_RAYS = 1000
+
+
+@dataclass(frozen=True)
+class Law:
+    """Relative error of n rays: ``at_one n^-exponent``."""
+
+    at_one: float
+    exponent: float
+
+    def error(self, n_rays: float) -> float:
+        """Relative error of so many rays."""
+        return float(self.at_one * n_rays**-self.exponent)
+
+    def rays(self, error: float) -> float:
+        """Rays that have the relative error."""
+        if self.at_one == 0:
+            return 0.0
+        if not error > 0:
+            return math.inf
+        return float((self.at_one / error) ** (1 / self.exponent))
+
+
+@dataclass(frozen=True)
+class Outlook:
+    """What the pilot tells of a choice.
+
+    Attributes
+    ----------
+    words : str
+    is_scene : bool
+        Whether the scene is simulated so unless something else is said.
+    pilot_rays : int
+    flux_w, flux_stderr_w : float
+        What the pilot found.
+    noise : Law or None
+        None where nothing arrived.
+    bias, bias_stderr : float or None
+        Relative to the flux of the finest choice, from the same rays; None of the finest itself.
+    start_s, ray_s : float
+        Time before the first ray, and of a ray, in all threads together.
+    """
+
+    words: str
+    is_scene: bool
+    pilot_rays: int
+    flux_w: float
+    flux_stderr_w: float
+    noise: Law | None
+    bias: float | None
+    bias_stderr: float | None
+    start_s: float
+    ray_s: float
+
+    @property
+    def least_error(self) -> float:
+        """The bias, if it is seen: what is left with any number of rays."""
+        if self.bias is None or self.bias_stderr is None or abs(self.bias) < SEEN * self.bias_stderr:
+            return 0.0
+        return abs(self.bias)
+
+    def rays(self, error: float) -> int | None:
+        """Rays that bring noise and bias together down to a relative error; None if none do."""
+        if self.noise is None or error <= self.least_error:
+            return None
+        return max(FEWEST_RAYS, math.ceil(self.noise.rays(math.sqrt(error**2 - self.least_error**2))))
+
+    def time_s(self, error: float) -> float | None:
+        """Time of a run with `rays`."""
+        rays = self.rays(error)
+        return None if rays is None else self.start_s + rays * self.ray_s
+
+    def error(self, time_s: float) -> float | None:
+        """Relative error of a run that takes so long; None where it has not begun to trace, or nothing arrived."""
+        rays = (time_s - self.start_s) / self.ray_s
+        return None if self.noise is None or rays < 1 else math.hypot(self.noise.error(rays), self.least_error)
+
+    def to_dict(self) -> dict[str, Any]:
+        """As the command line prints it; times and rays by the error in percent."""
+        return {
+            "choice": self.words,
+            "scene": self.is_scene,
+            "pilot_rays": self.pilot_rays,
+            "flux_w": self.flux_w,
+            "flux_stderr_w": self.flux_stderr_w,
+            "error_at_one_ray": self.noise.at_one if self.noise else None,
+            "exponent": self.noise.exponent if self.noise else None,
+            "bias_percent": None if self.bias is None else 100 * self.bias,
+            "bias_stderr_percent": None if self.bias_stderr is None else 100 * self.bias_stderr,
+            "start_s": self.start_s,
+            "s_per_million_rays": 1e6 * self.ray_s,
+            "rays": {f"{percent:g}": self.rays(percent / 100) for percent in ERRORS_PERCENT},
+            "time_s": {f"{percent:g}": self.time_s(percent / 100) for percent in ERRORS_PERCENT},
+        }
+
+
+@dataclass(frozen=True)
+class Present:
+    """A map: its rays, and the relative error (None where nothing arrived)."""
+
+    rays: int
+    error: float | None
+
+
+@dataclass(frozen=True)
+class Outlooks:
+    """All choices of a scene.
+
+    Attributes
+    ----------
+    quantity : str
+        The flux whose error is meant.
+    threads : int
+    pilot_s : float
+        How long the pilot took.
+    of : tuple of Outlook
+        First the scene's own settings.
+    present : Present or None
+        What there is already.
+    """
+
+    quantity: str
+    threads: int
+    pilot_s: float
+    of: tuple[Outlook, ...]
+    present: Present | None = None
+
+    def cheapest(self, error: float) -> Outlook | None:
+        """The choice that reaches a relative error first."""
+        times = [(time, i) for i, one in enumerate(self.of) if (time := one.time_s(error)) is not None]
+        return self.of[min(times)[1]] if times else None
+
+    def to_dict(self) -> dict[str, Any]:
+        """As the command line prints it."""
+        cheapest = {f"{percent:g}": self.cheapest(percent / 100) for percent in ERRORS_PERCENT}
+        return {
+            "quantity": self.quantity,
+            "threads": self.threads,
+            "pilot_s": self.pilot_s,
+            "choices": [one.to_dict() for one in self.of],
+            "cheapest": {percent: one.words if one else None for percent, one in cheapest.items()},
+            "map": None if self.present is None else {"rays": self.present.rays, "error_percent": self._present()},
+        }
+
+    def _present(self) -> float | None:
+        error = self.present.error if self.present else None
+        return None if error is None else 100 * error
+
+    def to_text(self) -> str:
+        """A table: a line for each choice, a column for each error."""
+        told = f"Error of {self.quantity} and how long it takes, by a pilot of {format_duration(self.pilot_s)}"
+        lines = [f"{told} ({self.threads} {'thread' if self.threads == 1 else 'threads'})", ""]
+        width = max(len(one.words) for one in self.of) + 2
+        heads = [f"{percent:g} %" for percent in ERRORS_PERCENT]
+        lines.append(
+            f"{'':{width}}{'rays a second':>14}" + "".join(f"{head:>11}" for head in heads) + "  always off by"
+        )
+        for one in self.of:
+            times = [_time(one.time_s(percent / 100)) for percent in ERRORS_PERCENT]
+            mark = "* " if one.is_scene else "  "
+            lines.append(
+                f"{mark}{one.words:{width - 2}}{1 / one.ray_s:>14,.0f}"
+                + "".join(f"{time:>11}" for time in times)
+                + f"  {_bias(one)}"
+            )
+        lines.append("")
+        best = [(head, self.cheapest(percent / 100)) for head, percent in zip(heads, ERRORS_PERCENT, strict=True)]
+        told = "; ".join(f"{head}: {one.words}" for head, one in best if one is not None)
+        if told:
+            lines.append(f"Cheapest   {told}")
+        if self.present is not None:
+            error = self._present()
+            known = "nothing arrived" if error is None else f"{error:.2g} %"
+            lines.append(f"This map   {self.present.rays} rays: {known}")
+        lines.append("*          as the scene says; errors are standard errors over the flux, what it is off included")
+        return "\n".join(lines)
+
+
+def _time(seconds: float | None) -> str:
+    return "never" if seconds is None else format_duration(seconds)
+
+
+def _bias(one: Outlook) -> str:
+    if one.noise is None:
+        return "nothing arrived"
+    if one.bias is None or one.bias_stderr is None:
+        return "-"
+    if one.least_error == 0:
+        return f"below {100 * (abs(one.bias) + SEEN * one.bias_stderr):.2g} %"
+    return f"{100 * one.bias:+.2g} ± {100 * one.bias_stderr:.1g} %"

@@ -1,0 +1,229 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Short runs of each choice, of rays that are thrown away; what they cost, how they spread, where they lead."""
+
+from __future__ import annotations
+
+import math
+import os
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from raymaps.accuracy.choices import Choice, choices
+from raymaps.accuracy.outlook import Law, Outlook, Outlooks, Present
+from raymaps.compile import CompiledScene, compile_scene
+from raymaps.jit import kept_machine_code
+from raymaps.run import new_map
+from raymaps.runner import Runner
+from raymaps.scene import Scene, load_scene
+from raymaps.store import RayMap
+from raymaps.target import Quantity, Tally, Target, check_target, pilot_seed, quantities
+
+__all__ = ["forecast"]
+
+#: Rays are in so many groups of equal size, one piece of each in each round; a round is twice the one before.
+GROUPS, FIRST_SIZE = 16, 64
+#: The first round compiles, and fills caches: its time is none of its rays'.
+WARM_ROUNDS = 1
+#: Rounds whose noise is fitted, and the exponents that there may be.
+FITTED, EXPONENTS = 4, (0.5, 1.5)
+#: Rays that a piece has at most.
+LARGEST_PIECE = 65_536
+
+
+@dataclass(frozen=True)
+class _Round:
+    """Pieces of equal size, one a group."""
+
+    size: int
+    seconds: float
+    tallies: tuple[Tally, ...]
+
+
+class _Trial:
+    """Rounds of one choice."""
+
+    def __init__(
+        self, choice: Choice, compiled: CompiledScene, folder: Path, threads: int, stop: threading.Event, began: float
+    ):
+        self.choice = choice
+        path = folder / f"{len(list(folder.iterdir()))}.raymap"
+        manifest = new_map(path, choice.scene, compiled)
+        self.runner = Runner(
+            compiled, path, manifest.seed, threads=threads, store=lambda: choice.scene.settings.store, stop=stop,
+            started=began,
+        )  # fmt: skip
+        self.raymap = RayMap.open(path)
+        self.seed = pilot_seed(manifest.seed)
+        self.rounds: list[_Round] = []
+        self.quantity: Quantity
+        self.start_s = time.perf_counter() - began
+
+    def run(self) -> None:
+        """One round more."""
+        size = FIRST_SIZE << len(self.rounds)
+        first = GROUPS * (size - FIRST_SIZE)
+        pieces = ((first + group * size, size) for group in range(GROUPS))
+        began = time.perf_counter()
+        tallies = self.runner.apart(pieces, self.seed, self.quantity.tally)
+        self.rounds.append(_Round(size, time.perf_counter() - began, tuple(tallies)))
+
+    def can_grow(self, seconds: float) -> bool:
+        """Whether another round is likely to end in time."""
+        if len(self.rounds) <= WARM_ROUNDS:
+            return True
+        spent = sum(one.seconds for one in self.rounds[WARM_ROUNDS:])
+        return spent + 2 * self.rounds[-1].seconds < seconds and 2 * self.rounds[-1].size <= LARGEST_PIECE
+
+    @property
+    def total(self) -> Tally:
+        """All rays."""
+        return _sum([tally for one in self.rounds for tally in one.tallies])
+
+    def group_flux_w(self, group: int, n_rounds: int) -> float:
+        """Flux by the first rounds of a group."""
+        tally = _sum([one.tallies[group] for one in self.rounds[:n_rounds]])
+        return tally.flux(self.raymap.source_flux_w, self.quantity.exact)[0]
+
+    def ray_s(self) -> float:
+        """Time of a ray, by least squares of relative deviations: pieces have a time of their own beside."""
+        rounds = self.rounds[WARM_ROUNDS:] or self.rounds
+        size = np.array([one.size for one in rounds], np.float64)
+        seconds = np.array([one.seconds for one in rounds]) / GROUPS
+        terms = np.column_stack([np.ones(len(size)), size]) / seconds[:, None]
+        of_piece, of_ray = np.linalg.lstsq(terms, np.ones(len(size)), rcond=None)[0]
+        if len(rounds) < 3 or of_piece < 0 or of_ray <= 0:
+            return float(seconds[-1] / size[-1])
+        return float(of_ray)
+
+    def noise(self) -> Law | None:
+        """How the error falls with the number of rays."""
+        flux_w, exact, total = self.raymap.source_flux_w, self.quantity.exact, self.total
+        mean_w, stderr_w = total.flux(flux_w, exact)
+        if not mean_w > 0:
+            return None
+        if self.choice.scene.settings.sampling == "random":
+            return Law(stderr_w / mean_w * math.sqrt(total.n_rays), 0.5)
+        fitted = self.rounds[-FITTED:]
+        size = np.log([one.size for one in fitted])
+        variance = [np.mean([tally.flux(flux_w, exact)[1] ** 2 for tally in one.tallies]) for one in fitted]
+        if not min(variance) > 0:
+            return Law(0.0, 0.5)
+        error = 0.5 * np.log(np.array(variance) / mean_w**2)
+        slope = float(np.polyfit(size, error, 1)[0]) if len(fitted) > 1 else -EXPONENTS[0]
+        exponent = min(max(-slope, EXPONENTS[0]), EXPONENTS[1])
+        return Law(math.exp(float(np.mean(error + exponent * size))), exponent)
+
+
+def forecast(
+    what: Scene | str | Path,
+    target: Target,
+    *,
+    seconds: float = 8.0,
+    threads: int | None = None,
+    on_note: Callable[[str], None] | None = None,
+    stop: threading.Event | None = None,
+) -> Outlooks:
+    """Find by short runs what accuracy costs.
+
+    Parameters
+    ----------
+    what : Scene, or path of a scene file or a Ray Map
+    target : Target
+        The flux whose error is meant; its percentage is not looked at.
+    seconds : float
+        About how long to trace, for all choices together.
+    threads : int, optional
+        As of `raymaps.run.simulate`.
+    on_note : function, optional
+        Called with what is being tried.
+    stop : threading.Event, optional
+        Once set, nothing further is begun.
+
+    Raises
+    ------
+    SceneError, MapError, CriterionError
+        If the scene can't be read or simulated, or the target names what it has not.
+    Interrupted
+        If ``stop`` was set.
+    """
+    began, is_cold = time.perf_counter(), not kept_machine_code()
+    threads, stop, note = threads or os.cpu_count() or 1, stop or threading.Event(), on_note or (lambda text: None)
+    raymap = RayMap.open(what) if not isinstance(what, Scene) and Path(what).is_dir() else None
+    scene = raymap.scene if raymap is not None else what if isinstance(what, Scene) else load_scene(what)
+    compiled = compile_scene(scene)
+    check_target(target, compiled.names, scene.detectors)
+    given = choices(scene, compiled)
+    trials: list[_Trial] = []
+    chosen, loading_s = 0, 0.0
+    with tempfile.TemporaryDirectory(prefix="raymaps-accuracy-") as folder:
+        for choice in given:
+            note(choice.words)
+            started = time.perf_counter() if trials else began
+            trial = _Trial(choice, compile_scene(choice.scene) if trials else compiled, Path(folder), threads, stop,
+                           started)  # fmt: skip
+            candidates = quantities(trial.raymap, target)
+            if not trials:
+                chosen, loading_s = _least_certain(trial, candidates, is_cold)
+            trial.quantity = candidates[chosen]
+            while trial.can_grow(seconds / len(given)):
+                trial.run()
+            trials.append(trial)
+        found = tuple(_outlook(trial, trials, loading_s) for trial in trials)
+        present = None if raymap is None else _present(raymap, quantities(raymap, target)[chosen])
+    return Outlooks(trials[0].quantity.words, threads, time.perf_counter() - began, found, present)
+
+
+def _least_certain(trial: _Trial, candidates: tuple[Quantity, ...], is_cold: bool) -> tuple[int, float]:
+    """Which quantity is meant: of those that are met at all the least certain one; and the time that loading took.
+
+    Machine code is loaded with the first rays; where there is none yet, more rays tell what loading takes.
+    """
+    n_rays, taken_s, errors = GROUPS * FIRST_SIZE, 0.0, [math.inf]
+    flux_w = trial.raymap.source_flux_w
+    for _ in range(2 if is_cold else 1):
+        began = time.perf_counter()
+        (tallies,) = trial.runner.apart(
+            [(0, n_rays)], trial.seed, lambda portion: [one.tally(portion) for one in candidates]
+        )
+        taken_s = time.perf_counter() - began
+        errors = [tally.relative_error(flux_w, one.exact) for tally, one in zip(tallies, candidates, strict=True)]
+    return max(range(len(errors)), key=lambda i: errors[i] if errors[i] < math.inf else -1.0), taken_s
+
+
+def _present(raymap: RayMap, quantity: Quantity) -> Present:
+    tally = _sum([quantity.tally(portion) for portion in raymap.portions])
+    error = tally.relative_error(raymap.source_flux_w, quantity.exact)
+    return Present(raymap.n_rays, error if error < math.inf else None)
+
+
+def _outlook(trial: _Trial, trials: list[_Trial], loading_s: float) -> Outlook:
+    total = trial.total
+    flux_w, stderr_w = total.flux(trial.raymap.source_flux_w, trial.quantity.exact)
+    finest = next(one for one in trials if one.choice.is_finest)
+    like = trials[trial.choice.bias_of]
+    bias, bias_stderr = (None, None) if like is finest else _bias(like, finest)
+    return Outlook(
+        trial.choice.words, trial.choice.is_scene, total.n_rays, flux_w, stderr_w, trial.noise(), bias, bias_stderr,
+        max(trial.start_s, trials[0].start_s) + loading_s, trial.ray_s(),
+    )  # fmt: skip
+
+
+def _bias(trial: _Trial, finest: _Trial) -> tuple[float | None, float | None]:
+    """Difference of the fluxes that the same rays tell, over the flux, and its standard error; by groups."""
+    n_rounds = min(len(trial.rounds), len(finest.rounds))
+    mine, true = (np.array([one.group_flux_w(group, n_rounds) for group in range(GROUPS)]) for one in (trial, finest))
+    flux_w = true.mean()
+    if not flux_w > 0:
+        return None, None
+    difference = (mine - true) / flux_w
+    return float(difference.mean()), float(difference.std(ddof=1) / math.sqrt(GROUPS))
+
+
+def _sum(tallies: list[Tally]) -> Tally:
+    return sum(tallies[1:], tallies[0])
