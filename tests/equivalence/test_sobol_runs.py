@@ -16,6 +16,7 @@ from raymaps.target import Target
 from tests.physics.scenes import body, box, rectangle, write_scene
 
 N_RAYS = 6_000
+SOBOL = {"sampling": "sobol"}
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +37,7 @@ def scene(tmp_path_factory):
             for name, flux, z in (("A", 1.0, 2.0), ("B", 0.7, 3.0))
         },
         detectors={"D": rectangle((0, 0, 1.5), 4, 4, resolution=[3, 3], side="both")},
-        settings={"sampling": "sobol"},
+        settings=SOBOL,
     )
 
 
@@ -80,6 +81,39 @@ def test_replicates_share_the_rays_of_each_source(whole):
     assert (np.ptp(rays, axis=1) <= 1).all()
     groups = np.bincount(whole.group_of_rays(whole.portions[0]), minlength=2 * REPLICATES)
     assert groups.tolist() == rays.ravel().tolist()
+
+
+def test_a_cell_is_as_sure_as_its_region(whole):
+    """Cells, flux and query add up by replicate in three ways."""
+    found = evaluate_detector(whole, "D", resolution=(4, 4))
+    for i, j in ((0, 0), (1, 2), (3, 1)):
+        rect = (i - 2, j - 2, i - 1, j - 1)
+        region = evaluate_detector(whole, "D", rect=rect)
+        assert found.cell_stderr_w[j, i] == pytest.approx(region.flux_w.stderr, rel=1e-6)
+    assert evaluate_detector(whole, "D", resolution=(1, 1)).cell_stderr_w[0, 0] == pytest.approx(found.flux_w.stderr)
+    left = evaluate_detector(whole, "D", where="~event(killed_depth)")
+    assert left.flux_w.stderr == found.flux_w.stderr
+
+
+def test_bands_and_lumens_are_as_sure_as_watts(tmp_path):
+    scene = write_scene(
+        tmp_path,
+        {"Floor": body(box((-5, -5, -2), (5, 5, -1)), "black")},
+        surfaces={"black": {"kind": "absorber"}},
+        sources={
+            "A": {
+                "kind": "point", "flux_w": 1.0, "position_mm": [0, 0, 2],
+                "spectrum": {"kind": "illuminant", "name": "E"},
+            }
+        },
+        detectors={"D": rectangle((0, 0, 0), 4, 4, resolution=[2, 2])},
+        settings={**SOBOL, "store": "spectral", "spectrum": {"from_nm": 545, "to_nm": 555, "bands": 1}},
+    )  # fmt: skip
+    found = evaluate_detector(raymaps.simulate(scene, tmp_path / "m.raymap", rays=2000), "D")
+    assert found.spectrum.stderr_w[0] == pytest.approx(found.flux_w.stderr, rel=1e-6)
+    lumen_per_w = found.flux_lm.value / found.flux_w.value
+    assert found.flux_lm.stderr == pytest.approx(lumen_per_w * found.flux_w.stderr, rel=1e-6)
+    assert found.cell_stderr_lm == pytest.approx(lumen_per_w * found.cell_stderr_w, rel=1e-6)
 
 
 def test_a_part_of_a_map_knows_whose_its_rays_are(scene, whole, tmp_path):

@@ -89,3 +89,11 @@ def test_products_give_the_covariance_of_the_replicates():
     assert float(found) == pytest.approx(expected, rel=1e-4)
     same = effective_products(rays, a, a, a.sum(1))
     assert same == pytest.approx(effective_squares(rays, a, a.sum(1) * 10), rel=1e-12)
+
+
+def test_an_interval_is_as_wide_as_errors_that_are_larger_than_independent_rays_could_have():
+    """Counts of which the replicates' spread, by chance, is above that of any rays of light 0 or 1."""
+    total, squares, n = 10_000.0, 20_000.0, 10**6
+    _, error = estimate_flux([1.0], [n], [total], [squares])
+    low, high = confidence_interval([1.0], [n], [total], [squares])
+    assert float(high - low) == pytest.approx(2 * 1.96 * float(error), rel=0.01)

@@ -39,6 +39,22 @@ def test_far_rays_are_counted_on_from_those_before(fluxes_w, ray):
     assert ranks_before(scene, ray).sum() == ray
 
 
+@pytest.mark.parametrize("steps", [0, 0.5, 1])
+def test_a_border_at_the_place_of_a_ray_is_the_next_sources(steps):
+    """The borders of both ways to count agree to the last bit; 2^-53 is the step of places."""
+    golden, found = 0x9E3779B97F4A7C15, 0
+    for ray in range(200):
+        place = ((ray * golden + golden // 2) % 2**64) >> 11
+        border = (place + steps) / 2**53
+        scene = scene_with([border, 0.5 - border, 0.5]) if border < 0.49 else None
+        if scene is None or border * 2**53 != place + steps:  # floats are too coarse
+            continue
+        found += 1
+        assert int(source_of_rays(scene, ray, 1)[0]) == (0 if steps else 1)
+        assert ranks_before(scene, ray + 1)[0] - ranks_before(scene, ray)[0] == (1 if steps else 0)
+    assert found > 50
+
+
 @pytest.mark.parametrize("fluxes_w", FLUXES_W)
 def test_ranks_do_not_depend_on_portions(fluxes_w):
     scene, n = scene_with(fluxes_w), 5_000
