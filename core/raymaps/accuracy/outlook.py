@@ -64,6 +64,8 @@ class Outlook:
         Relative to the flux of the finest choice, from the same rays; None of the finest itself.
     start_s, ray_s : float
         Time before the first ray, and of a ray, in all threads together.
+    is_even : bool
+        Whether rays are points of a sequence, which are most even in powers of two: then only these are foretold.
     """
 
     words: str
@@ -76,6 +78,7 @@ class Outlook:
     bias_stderr: float | None
     start_s: float
     ray_s: float
+    is_even: bool = False
 
     @property
     def least_error(self) -> float:
@@ -88,7 +91,8 @@ class Outlook:
         """Rays that bring noise and bias together down to a relative error; None if none do."""
         if self.noise is None or error <= self.least_error:
             return None
-        return max(FEWEST_RAYS, math.ceil(self.noise.rays(math.sqrt(error**2 - self.least_error**2))))
+        rays = max(FEWEST_RAYS, math.ceil(self.noise.rays(math.sqrt(error**2 - self.least_error**2))))
+        return 1 << (rays - 1).bit_length() if self.is_even else rays
 
     def time_s(self, error: float) -> float | None:
         """Time of a run with `rays`."""
@@ -97,8 +101,11 @@ class Outlook:
 
     def error(self, time_s: float) -> float | None:
         """Relative error of a run that takes so long; None where it has not begun to trace, or nothing arrived."""
-        rays = (time_s - self.start_s) / self.ray_s
-        return None if self.noise is None or rays < 1 else math.hypot(self.noise.error(rays), self.least_error)
+        rays = int((time_s - self.start_s) / self.ray_s)
+        if self.noise is None or rays < FEWEST_RAYS:
+            return None
+        rays = 1 << rays.bit_length() - 1 if self.is_even else rays
+        return math.hypot(self.noise.error(rays), self.least_error)
 
     def to_dict(self) -> dict[str, Any]:
         """As the command line prints it; times and rays by the error in percent."""

@@ -26,12 +26,13 @@ from raymaps.target import Quantity, Tally, Target, check_target, pilot_seed, qu
 
 __all__ = ["forecast"]
 
-#: Rays are in so many groups of equal size, one piece of each in each round; a round is twice the one before.
+#: Rays are in so many groups of equal size, one piece of each in each round. The second round is as large as the first,
+#: all others twice the one before: so each piece, each round, and all of them are even parts of a sequence.
 GROUPS, FIRST_SIZE = 16, 64
 #: The first round compiles, and fills caches: its time is none of its rays'.
 WARM_ROUNDS = 1
-#: Rounds whose noise is fitted, and the exponents that there may be.
-FITTED, EXPONENTS = 4, (0.5, 1.5)
+#: Last rounds whose pieces are fitted, and last ones that are fitted as a whole; the exponents that there may be.
+PIECES, ROUNDS, EXPONENTS = 2, 3, (0.5, 1.5)
 #: Rays that a piece has at most.
 LARGEST_PIECE = 65_536
 
@@ -66,8 +67,8 @@ class _Trial:
 
     def run(self) -> None:
         """One round more."""
-        size = FIRST_SIZE << len(self.rounds)
-        first = GROUPS * (size - FIRST_SIZE)
+        size = FIRST_SIZE << max(len(self.rounds) - 1, 0)
+        first = GROUPS * size if self.rounds else 0
         pieces = ((first + group * size, size) for group in range(GROUPS))
         began = time.perf_counter()
         tallies = self.runner.apart(pieces, self.seed, self.quantity.tally)
@@ -81,6 +82,11 @@ class _Trial:
         return spent + 2 * self.rounds[-1].seconds < seconds and 2 * self.rounds[-1].size <= LARGEST_PIECE
 
     @property
+    def is_even(self) -> bool:
+        """Whether rays are points of a sequence."""
+        return self.choice.scene.settings.sampling == "sobol"
+
+    @property
     def total(self) -> Tally:
         """All rays."""
         return _sum([tally for one in self.rounds for tally in one.tallies])
@@ -91,15 +97,12 @@ class _Trial:
         return tally.flux(self.raymap.source_flux_w, self.quantity.exact)[0]
 
     def ray_s(self) -> float:
-        """Time of a ray, by least squares of relative deviations: pieces have a time of their own beside."""
+        """Time of a ray, by the largest rounds; a piece takes a time of its own beside, at most what the least take."""
         rounds = self.rounds[WARM_ROUNDS:] or self.rounds
-        size = np.array([one.size for one in rounds], np.float64)
-        seconds = np.array([one.seconds for one in rounds]) / GROUPS
-        terms = np.column_stack([np.ones(len(size)), size]) / seconds[:, None]
-        of_piece, of_ray = np.linalg.lstsq(terms, np.ones(len(size)), rcond=None)[0]
-        if len(rounds) < 3 or of_piece < 0 or of_ray <= 0:
-            return float(seconds[-1] / size[-1])
-        return float(of_ray)
+        last = rounds[-2:]
+        of_piece = min(one.seconds for one in rounds) if len(rounds) > 2 else 0.0
+        rays, seconds = sum(GROUPS * one.size for one in last), sum(one.seconds - of_piece for one in last)
+        return seconds / rays if seconds > 0 else last[-1].seconds / (GROUPS * last[-1].size)
 
     def noise(self) -> Law | None:
         """How the error falls with the number of rays."""
@@ -107,17 +110,22 @@ class _Trial:
         mean_w, stderr_w = total.flux(flux_w, exact)
         if not mean_w > 0:
             return None
-        if self.choice.scene.settings.sampling == "random":
+        if not self.is_even:
             return Law(stderr_w / mean_w * math.sqrt(total.n_rays), 0.5)
-        fitted = self.rounds[-FITTED:]
-        size = np.log([one.size for one in fitted])
-        variance = [np.mean([tally.flux(flux_w, exact)[1] ** 2 for tally in one.tallies]) for one in fitted]
-        if not min(variance) > 0:
-            return Law(0.0, 0.5)
-        error = 0.5 * np.log(np.array(variance) / mean_w**2)
-        slope = float(np.polyfit(size, error, 1)[0]) if len(fitted) > 1 else -EXPONENTS[0]
-        exponent = min(max(-slope, EXPONENTS[0]), EXPONENTS[1])
-        return Law(math.exp(float(np.mean(error + exponent * size))), exponent)
+        # the error of pieces is known well, that of many rays tells how it goes on
+        found = [
+            (one.size, float(np.mean([tally.flux(flux_w, exact)[1] ** 2 for tally in one.tallies])))
+            for one in self.rounds[-PIECES:]
+        ]
+        found += [(GROUPS * one.size, _sum(list(one.tallies)).flux(flux_w, exact)[1] ** 2)
+                  for one in self.rounds[-ROUNDS:]]  # fmt: skip
+        found.append((total.n_rays, stderr_w**2))
+        size, variance = np.array(found).T
+        if not variance.min() > 0:
+            return Law(0.0, EXPONENTS[0])
+        log_size, log_error = np.log(size), 0.5 * np.log(variance / mean_w**2)
+        exponent = min(max(-float(np.polyfit(log_size, log_error, 1)[0]), EXPONENTS[0]), EXPONENTS[1])
+        return Law(math.exp(float(np.mean(log_error + exponent * log_size))), exponent)
 
 
 def forecast(
@@ -210,7 +218,7 @@ def _outlook(trial: _Trial, trials: list[_Trial], loading_s: float) -> Outlook:
     bias, bias_stderr = (None, None) if like is finest else _bias(like, finest)
     return Outlook(
         trial.choice.words, trial.choice.is_scene, total.n_rays, flux_w, stderr_w, trial.noise(), bias, bias_stderr,
-        max(trial.start_s, trials[0].start_s) + loading_s, trial.ray_s(),
+        max(trial.start_s, trials[0].start_s) + loading_s, trial.ray_s(), trial.is_even,
     )  # fmt: skip
 
 

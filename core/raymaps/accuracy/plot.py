@@ -52,7 +52,7 @@ def _draw(axes: Any, outlooks: Outlooks) -> None:
     times_s: list[Float] = []
     for one, colour in zip(outlooks.of, (_COLOURS * 4)[: len(outlooks.of)], strict=True):
         rays = np.array([one.rays(p / 100) or np.nan for p in percent])
-        tracing_s = np.where(rays > FEWEST_RAYS, rays * one.ray_s, np.nan)
+        tracing_s = np.where(rays > 2 * FEWEST_RAYS, rays * one.ray_s, np.nan)
         tracing_s[tracing_s > _LONGEST_S] = np.nan
         if np.isnan(tracing_s).all():
             continue

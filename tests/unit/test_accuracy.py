@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Laws of errors, what follows from them, and which choices a scene has."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from raymaps.accuracy import Law, Outlook, Outlooks, Present, choices
+from raymaps.compile import compile_scene
+from raymaps.scene import load_scene
+from tests.physics.lenses import Lens, write_lenses
+from tests.physics.sequential import LensFace
+from tests.store.small_scenes import lamp_in_a_room, write_scene
+
+
+def outlook(words="a", noise=Law(1.0, 0.5), bias=None, bias_stderr=None, ray_s=1e-6, is_even=False):
+    return Outlook(words, words == "a", 1000, 1.0, 0.01, noise, bias, bias_stderr, 2.0, ray_s, is_even)
+
+
+def test_a_law_and_its_inverse():
+    assert Law(2.0, 0.5).error(400) == pytest.approx(0.1)
+    assert Law(2.0, 0.5).rays(0.1) == pytest.approx(400)
+    assert Law(8.0, 1.5).rays(0.008) == pytest.approx(100)
+    assert Law(0.0, 0.5).rays(0.1) == 0
+    assert math.isinf(Law(1.0, 0.5).rays(0.0))
+
+
+def test_noise_alone():
+    one = outlook()
+    assert one.rays(0.01) == 10_000
+    assert one.time_s(0.01) == pytest.approx(2.01)
+    assert one.error(2.01) == pytest.approx(0.01, rel=1e-3)
+    assert one.error(2.0) is None
+    assert one.rays(0.5) == 1000  # no run has fewer
+
+
+def test_a_bias_that_is_seen_can_not_be_undercut():
+    one = outlook(bias=-0.03, bias_stderr=0.001)
+    assert one.least_error == 0.03
+    assert one.rays(0.05) == 625  + 375  # sqrt(0.05² - 0.03²) = 0.04, and at least 1000 rays
+    assert outlook(noise=Law(10.0, 0.5), bias=-0.03, bias_stderr=0.001).rays(0.05) == 62_500
+    assert one.rays(0.03) is None
+    assert one.time_s(0.01) is None
+    assert one.error(3.0) == pytest.approx(math.hypot(1e-3, 0.03))
+
+
+def test_a_bias_within_its_error_may_be_none():
+    one = outlook(bias=0.0015, bias_stderr=0.001)
+    assert one.least_error == 0
+    assert one.rays(0.001) == 1_000_000
+
+
+def test_points_of_a_sequence_come_in_powers_of_two():
+    one = outlook(noise=Law(1.0, 1.0), is_even=True)
+    assert one.rays(0.0001) == 16_384
+    assert one.error(2.0 + 0.02) == pytest.approx(1 / 16_384)
+
+
+def test_nothing_arrived():
+    one = outlook(noise=None)
+    assert one.rays(0.1) is None
+    assert one.error(100.0) is None
+    assert "nothing arrived" in Outlooks("it", 1, 1.0, (one,)).to_text()
+
+
+def test_the_cheapest_choice_depends_on_the_error():
+    biased = outlook("quick", bias=0.02, bias_stderr=0.001, ray_s=1e-8)
+    found = Outlooks("it", 2, 3.0, (outlook(), biased), Present(500, 0.044))
+    assert found.cheapest(0.1).words == "quick"
+    assert found.cheapest(0.01).words == "a"
+    assert Outlooks("it", 2, 3.0, (biased,)).cheapest(0.001) is None
+    told = found.to_dict()
+    assert told["choices"][1]["time_s"] == {"10": pytest.approx(2.00001, abs=1e-5), "1": None, "0.1": None}
+    assert told["cheapest"] == {"10": "quick", "1": "a", "0.1": "a"}
+    assert told["map"] == {"rays": 500, "error_percent": pytest.approx(4.4)}
+    text = found.to_text()
+    assert "never" in text
+    assert "* a" in text
+    assert "This map   500 rays: 4.4 %" in text
+
+
+def words_of(scene):
+    return [one.words for one in choices(scene, compile_scene(scene))]
+
+
+def test_choices_of_a_plain_scene(tmp_path):
+    scene = load_scene(write_scene(tmp_path, lamp_in_a_room()))
+    assert words_of(scene) == ["random", "Sobol'"]
+
+
+def test_choices_of_a_lens_with_a_spectrum(tmp_path):
+    lens = Lens(LensFace(0, 1 / 50), LensFace(5, -1 / 50), 10)
+    source = {"kind": "disc", "flux_w": 1.0, "radius_mm": 5, "direction": [0, 0, 1], "position_mm": [0, 0, -10],
+              "spectrum": {"illuminant": "D65"}}  # fmt: skip
+
+    def scene(**settings):
+        path = write_lenses(tmp_path, {"Lens": (lens, 4)}, {"glass": 1.5}, sources={"S": source}, settings=settings)
+        return load_scene(path)
+
+    found = choices(scene(), compile_scene(scene()))
+    assert [one.words for one in found] == [
+        "exact, 32 bands, random", "exact, 32 bands, Sobol'", "faceted, 32 bands, random", "exact, RGB, random",
+        "exact, 4 bands, random", "exact, 8 bands, random", "exact, 16 bands, random", "exact, 64 bands, random",
+    ]  # fmt: skip
+    assert [one.is_scene for one in found] == [True] + 7 * [False]
+    assert [one.is_finest for one in found] == 7 * [False] + [True]
+    assert [one.bias_of for one in found] == [0, 0, 2, 3, 4, 5, 6, 7]
+    faceted = choices(scene(surfaces="faceted"), compile_scene(scene(surfaces="faceted")))
+    assert [one.words for one in faceted if one.is_finest] == ["exact, 64 bands, random"]  # the two of all changes
