@@ -210,9 +210,13 @@ class MemoryMap:
         )
         self.source_flux_w = np.array(SOURCE_FLUX_W)
         self.rays_of_source = np.bincount([ray[0].source for ray in rays], minlength=len(NAMES.sources))
+        self.n_replicates, self.rays_of_replicate = 1, self.rays_of_source[:, None]
         self.ray_flux_w = np.where(
             self.rays_of_source > 0, self.source_flux_w / np.maximum(self.rays_of_source, 1), 0.0
         )
+
+    def group_of_rays(self, portion):
+        return portion.signatures.ray_source[portion.ray_signature]
 
     @cached_property
     def scene(self) -> Scene:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from raymaps.errors import MapError, OutputError, TraceError
+from raymaps.ray_numbers import MOST_OF_SOBOL
 from raymaps.runner import Progress, Runner
 from raymaps.scene import Scene, load_scene
 from raymaps.store import MAP_VERSION, Manifest, MapWriter, RayMap, Stored
@@ -106,6 +107,11 @@ def simulate(
     )
     if os.path.lexists(path) and not resume:
         raise OutputError(f"'{path}' exists already: name another output, delete it, or go on with it by --resume.")
+    if scene.settings.sampling == "sobol" and (rays or scene.settings.rays) > MOST_OF_SOBOL:
+        raise TraceError(
+            f"Sampling 'sobol' has points for {MOST_OF_SOBOL} rays at most: ask for fewer, or set settings.sampling to "
+            "'random'."
+        )
     if time_limit_s is not None and not time_limit_s > 0:
         raise TraceError(f"The time limit must be above 0 s, got {time_limit_s:g} s.")
     compiled = compile_scene(scene)

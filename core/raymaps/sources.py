@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Sources: which source a ray comes from, and how each kind emits."""
+"""Sources: the light that their rays start with, and how each kind emits."""
 
 from __future__ import annotations
 
@@ -22,35 +22,14 @@ from raymaps.scene import (
     LuminaireSource,
     PointSource,
     RaysSource,
-    Scene,
     SunSource,
     TabulatedEmission,
 )
 
-__all__ = ["SOURCES", "Emitter", "emitters", "quantised", "source_of_rays"]
+__all__ = ["SOURCES", "Emitter", "emitters", "quantised"]
 
-#: 2^64 / golden ratio: the additive recurrence ray * _STEP mod 2^64 fills the unit interval evenly from any start.
-_STEP = np.uint64(0x9E3779B97F4A7C15)
 #: Light that is less than half a step of 2^-24 may be rounded away.
 _STEPS = 2.0**24
-
-
-def source_of_rays(scene: Scene, first_ray: int, n_rays: int) -> NDArray[np.int16]:
-    """Which source each ray comes from, a function of its number alone.
-
-    Sources share the rays by flux, or as their ``ray_share`` says: ray numbers run through an additive recurrence with
-    the golden ratio (M. Roberts: The unreasonable effectiveness of quasirandom sequences, 2018), so any run of rays has
-    each source's share to within a few rays.
-
-    Returns
-    -------
-    (n_rays,) int16, index of the source
-    """
-    share = np.array([source.ray_share or source.flux_w for source in scene.sources.values()])
-    edges = np.cumsum(share / share.sum())[:-1]
-    rays = np.arange(n_rays, dtype=np.uint64) + np.uint64(first_ray)
-    place = ((rays * _STEP + (_STEP >> np.uint64(1))) >> np.uint64(11)).astype(np.float64) * 2.0**-53
-    return np.searchsorted(edges, place, side="right").astype(np.int16)
 
 
 def quantised(light: NDArray[np.float64]) -> NDArray[np.float32]:

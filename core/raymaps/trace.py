@@ -22,10 +22,12 @@ from raymaps.effects import EFFECTS
 from raymaps.effects.crossings import CROSSING
 from raymaps.intersect import Intersector
 from raymaps.kernels import record, smooth, transport
+from raymaps.kernels.sobol import N_DIMENSIONS, scrambles
 from raymaps.kinds import ENDINGS, EventKind, SurfaceKind
+from raymaps.ray_numbers import REPLICATES, n_replicates, ranks, ranks_before, source_of_rays
 from raymaps.scene import RectangleDetector
 from raymaps.slow_search import MAX_SEARCHES, SlowSearch
-from raymaps.sources import emitters, quantised, source_of_rays
+from raymaps.sources import emitters, quantised
 from raymaps.traced import TracedPortion
 from raymaps.wave import Found, RunKey, Wave
 
@@ -123,8 +125,9 @@ class Tracer:
         settings = self.compiled.scene.settings
         tables = self.compiled.tables
         clock = _Clock()
-        key = RunKey(np.uint64(self.seed), np.uint64(first_ray), settings.roulette_threshold)
-        wave = self._emit(source_of_rays(self.compiled.scene, first_ray, n_rays), key)
+        source = source_of_rays(self.compiled.scene, first_ray, n_rays)
+        key = self._key(first_ray, source)
+        wave = self._emit(source, key)
         log = _EventLog(self.compiled, n_rays, self._position_type, self._crossings)
         active = np.arange(n_rays, dtype=np.int32)
         if watch is not None:
@@ -173,7 +176,19 @@ class Tracer:
                 break
         portion = log.in_ray_order(first_ray, wave)
         clock.book("recording")
-        return replace(portion, seconds=clock.seconds)
+        return replace(portion, seconds=clock.seconds, replicate=(key.group % REPLICATES).astype(np.uint8))
+
+    def _key(self, first_ray: int, source: NDArray[np.int16]) -> RunKey:
+        """What the numbers of a portion's rays follow from."""
+        scene = self.compiled.scene
+        key = RunKey(np.uint64(self.seed), np.uint64(first_ray), scene.settings.roulette_threshold)
+        if n_replicates(scene) == 1:
+            return key
+        rank = ranks(source, ranks_before(scene, first_ray))
+        scramble = np.empty((len(scene.sources) * REPLICATES, N_DIMENSIONS, 2), np.uint32)
+        scrambles(key.seed, scramble)
+        group = source * np.int32(REPLICATES) + (rank % REPLICATES).astype(np.int32)
+        return key._replace(point=(rank // REPLICATES).astype(np.uint32), group=group, scramble=scramble)
 
     def _emit(self, source: NDArray[np.int16], key: RunKey) -> Wave:
         """A wave at its emission."""

@@ -41,6 +41,8 @@ class TracedPortion:
     crossing_registered : (n_crossings,) bool
     wavelength_nm : (n_rays,) float32
         The one wavelength that a ray was narrowed to by dispersion; 0 if it was not.
+    replicate : (n_rays,) uint8
+        Which of the independent sets of its source's rays each is in; empty where each ray is independent.
     seconds : dict of str to float
         Time that each stage took.
     """
@@ -59,4 +61,5 @@ class TracedPortion:
     crossing_angle_rad: NDArray[np.float32]
     crossing_registered: NDArray[np.bool_]
     wavelength_nm: NDArray[np.float32]
+    replicate: NDArray[np.uint8] = field(default_factory=lambda: np.zeros(0, np.uint8))
     seconds: dict[str, float] = field(default_factory=dict)

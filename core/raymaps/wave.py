@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.kernels.interface import MAX_PASSES
+from raymaps.kernels.sobol import N_DIMENSIONS
 
 __all__ = ["Found", "RunKey", "Wave"]
 
@@ -74,8 +75,14 @@ class Found(NamedTuple):
 
 
 class RunKey(NamedTuple):
-    """What random numbers and roulette depend on, beside the ray and its event."""
+    """What random numbers and roulette depend on, beside the ray and its event.
+
+    The arrays are empty where all numbers are random.
+    """
 
     seed: np.uint64
     first_ray: np.uint64
     roulette_threshold: float
+    point: NDArray[np.uint32] = np.zeros(0, np.uint32)  # (n,) which point of its sequence each ray has
+    group: NDArray[np.int32] = np.zeros(0, np.int32)  # (n,) sequence: one for each source and replicate
+    scramble: NDArray[np.uint32] = np.zeros((0, N_DIMENSIONS, 2), np.uint32)  # (n_groups, N_DIMENSIONS, 2)

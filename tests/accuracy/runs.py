@@ -15,6 +15,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from raymaps.compile import compile_scene
+from raymaps.ray_numbers import n_replicates, ranks
 from raymaps.scene import load_scene
 from raymaps.store import Manifest, MapWriter, RayMap
 from raymaps.store.ledger import sum_ledger
@@ -42,7 +43,7 @@ def runs(folder: Path, scene_path: Path, rays: int, n_runs: int = N_RUNS) -> Ite
     MapWriter(path, FaceIndex(tables.triangle_face, tables.face_body, tables.face_surface)).write(_joined(traced))
     whole = RayMap.open(path)
     for run in range(n_runs):
-        piece = RayMap(path, manifest, [_Piece(whole.portions[0], run * rays, rays)])
+        piece = RayMap(path, manifest, [_Piece(whole.portions[0], run * rays, rays, n_replicates(compiled.scene))])
         piece.__dict__.update(scene=whole.scene, meshes=whole.meshes, source_flux_w=whole.source_flux_w)
         yield piece
 
@@ -50,11 +51,11 @@ def runs(folder: Path, scene_path: Path, rays: int, n_runs: int = N_RUNS) -> Ite
 class _Piece:
     """Some of a portion's rays as a portion; see `raymaps.store.Portion`."""
 
-    def __init__(self, whole, first_ray, n_rays):
+    def __init__(self, whole, first_ray, n_rays, n_replicates):
         rays = slice(first_ray, first_ray + n_rays)
         rows = slice(*whole.event_offsets[[rays.start, rays.stop]])
         passed = slice(*np.searchsorted(whole.crossing_row, [rows.start, rows.stop]))
-        self.names, self.first_ray, self.n_rays = whole.names, 0, n_rays
+        self.names, self.first_ray, self.n_rays, self._n_replicates = whole.names, 0, n_rays, n_replicates
         self.n_events, self.n_crossings = rows.stop - rows.start, passed.stop - passed.start
         self.signatures, self.lights = whole.signatures, whole.lights
         self.ray_signature = whole.ray_signature[rays]
@@ -70,9 +71,12 @@ class _Piece:
     def summary(self):
         table, step = self.signatures, self.event_step
         source, n_sources = table.ray_source[self.ray_signature], len(self.names.sources)
+        replicate = None
+        if self._n_replicates > 1:
+            replicate = ranks(source, np.zeros(n_sources, np.int64)) % self._n_replicates
         ledger = sum_ledger(
             source, n_sources, self.event_offsets, table.kind[step], table.face[step], table.medium[step],
-            self.event_light, self.lights.power, np.array([body for body, _ in self.names.faces], np.int32),
+            self.event_light, self.lights.power, np.array([body for body, _ in self.names.faces], np.int32), replicate,
         )  # fmt: skip
         counts = tuple(np.bincount(source, minlength=n_sources).tolist())
         return SimpleNamespace(ledger=ledger, rays_of_source=counts)

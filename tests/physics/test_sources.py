@@ -10,8 +10,8 @@ import math
 import numpy as np
 import pytest
 
+from raymaps.ray_numbers import source_of_rays
 from raymaps.scene import load_scene
-from raymaps.sources import source_of_rays
 from tests.physics.scenes import (
     agrees,
     ball,

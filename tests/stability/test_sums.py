@@ -29,6 +29,7 @@ def ledger_of(portions):
             names=SimpleNamespace(sources=("Lamp",), bodies=("Body",), media=("Glass",)),
             ray_flux_w=np.array([1 / n_rays]),
             rays_of_source=np.array([n_rays]),
+            rays_of_replicate=np.array([[n_rays]]),
             source_flux_w=np.array([1.0]),
             portions=[SimpleNamespace(summary=SimpleNamespace(ledger=entries)) for entries in portions],
         )

@@ -17,8 +17,8 @@ import pytest
 
 from raymaps.effects.crossings import rectangle_crossing
 from raymaps.kinds import EventKind
+from raymaps.ray_numbers import source_of_rays
 from raymaps.scene import load_scene
-from raymaps.sources import source_of_rays
 from tests.store.small_scenes import BLOCK_MM, BUBBLE_MM, read_ply
 
 CROSSING = 32

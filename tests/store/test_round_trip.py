@@ -49,6 +49,7 @@ def random_history(rng: np.random.Generator, first_ray: int, n_rays: int, positi
         position_mm=rng.normal(0, 100, (n, 3)).astype(position),
         light=rng.choice(rng.random((20, 3)), n).astype(np.float32),
         wavelength_nm=np.zeros(n_rays, np.float32),
+        replicate=np.zeros(0, np.uint8),
         seconds={"intersection": 0.25},
         crossing_row=crossing_row,
         crossing_detector=rng.integers(0, N_DETECTORS, m).astype(np.int16),
@@ -70,6 +71,7 @@ def cut(history: SimpleNamespace, begin: int, end: int) -> SimpleNamespace:
         source=history.source[begin:end],
         event_offsets=history.event_offsets[begin : end + 1] - rows.start,
         wavelength_nm=history.wavelength_nm[begin:end],
+        replicate=history.replicate,
         seconds={},
         **parts,
     )
@@ -196,7 +198,7 @@ def test_content_hash_does_not_depend_on_portions(tmp_path, seed):
 def changed_histories(history):
     """One figure of a history changed at a time, in the smallest step: (what, history)."""
     for name, value in vars(history).items():
-        if name in ("event_offsets", "crossing_row"):
+        if name in ("event_offsets", "crossing_row", "replicate"):
             continue
         for at in (0, -1):
             other = SimpleNamespace(

@@ -22,7 +22,7 @@ ORDER: tuple[tuple[str, ...], ...] = (
     ("formats",),
     ("materials",),
     ("scene",),
-    ("names", "geometry", "traced", "frame", "spectral_data"),
+    ("names", "geometry", "traced", "frame", "spectral_data", "ray_numbers"),
     ("exact",),
     ("solids",),
     ("boundary",),

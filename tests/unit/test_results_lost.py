@@ -102,7 +102,8 @@ def test_portions_without_losses_are_not_read(raymap):
             raise AssertionError(f"{name} was read")
 
     sound = Untouchable(summary=SimpleNamespace(ledger=[]))
-    shown = SimpleNamespace(**{name: getattr(raymap, name) for name in ("names", "source_flux_w", "rays_of_source")})
+    needed = ("names", "source_flux_w", "rays_of_source", "n_replicates", "rays_of_replicate", "group_of_rays")
+    shown = SimpleNamespace(**{name: getattr(raymap, name) for name in needed})
     assert lost_rays(SimpleNamespace(**shown.__dict__, portions=(sound,))) == ()
     assert lost_rays(SimpleNamespace(**shown.__dict__, portions=(sound, *raymap.portions))) == lost_rays(raymap)
 

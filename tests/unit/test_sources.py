@@ -11,8 +11,9 @@ from pydantic import ValidationError
 
 from raymaps import scene as scene_module
 from raymaps.compile import compile_scene
+from raymaps.ray_numbers import source_of_rays
 from raymaps.scene import Scene, load_scene
-from raymaps.sources import SOURCES, emitters, quantised, source_of_rays
+from raymaps.sources import SOURCES, emitters, quantised
 from tests.store.small_scenes import workshop, write_scene
 
 

@@ -4,7 +4,8 @@
 from raymaps.criterion.estimate import covariance_w2, estimate_flux
 from raymaps.criterion.evaluate import Bound, Verdicts, bind, inside_area, matching_rays
 from raymaps.criterion.interval import confidence_interval
-from raymaps.criterion.query import QueryResult, decided, matches, query, rays_per_source
+from raymaps.criterion.query import QueryResult, decided, matches, query, rays_per_replicate
+from raymaps.criterion.replicates import by_source, effective_products, effective_squares
 from raymaps.criterion.text import format_criterion, format_name, parse_criterion
 from raymaps.criterion.tree import (
     ELEMENTARY_EVENTS,
@@ -56,9 +57,12 @@ __all__ = [
     "all_of",
     "any_of",
     "bind",
+    "by_source",
     "confidence_interval",
     "covariance_w2",
     "decided",
+    "effective_products",
+    "effective_squares",
     "estimate_flux",
     "format_criterion",
     "format_name",
@@ -68,6 +72,6 @@ __all__ = [
     "matching_rays",
     "parse_criterion",
     "query",
-    "rays_per_source",
+    "rays_per_replicate",
     "to_dict",
 ]

@@ -50,6 +50,8 @@ Float = NDArray[np.float64]
 CONFIDENCE = 0.95
 #: As many rays as certainty is worth.
 _CERTAIN = 1e30
+#: Rounding of light to float32, as a share of it.
+_OF_LIGHT = 1e-5
 
 
 def confidence_interval(
@@ -98,6 +100,9 @@ def _limits_w(samples: Float, tail: float) -> tuple[Float, Float]:
     phi = np.where((known != 0) | (n == 0), 0.0, phi)
     n = np.maximum(n, 1.0)
     total = np.clip(total, 0.0, n * most)
+    # rays in replicates may be as uncertain as fewer, heavier ones
+    heavier = squares > total * most * (1 + _OF_LIGHT)
+    most = np.where(heavier, squares / np.where(total > 0, total, 1.0), most)
     squares = np.minimum(squares, total * most)
     lacks, lack_squares = n * most - total, n * most**2 - 2 * most * total + squares
     lacks = np.where(is_rounding(lacks, n * most), 0.0, lacks)

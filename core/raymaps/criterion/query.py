@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from raymaps.criterion.estimate import estimate_flux
 from raymaps.criterion.evaluate import Bound, bind, matching_rays
 from raymaps.criterion.interval import confidence_interval
+from raymaps.criterion.replicates import effective_squares
 from raymaps.criterion.text import format_criterion
 from raymaps.criterion.tree import Criterion, Everything
 from raymaps.errors import CriterionError
@@ -20,7 +21,7 @@ from raymaps.errors import CriterionError
 if TYPE_CHECKING:
     from raymaps.store import Portion, RayMap
 
-__all__ = ["QueryResult", "decided", "matches", "query", "rays_per_source"]
+__all__ = ["QueryResult", "decided", "matches", "query", "rays_per_replicate"]
 
 
 @dataclass(frozen=True)
@@ -85,23 +86,25 @@ def query(raymap: RayMap, criterion: Criterion | str | None = None, limit: int |
     n_sources = len(raymap.names.sources)
     ids: list[NDArray[np.int64]] = []
     scanned: list[Portion] = []
-    found_of_source = np.zeros(n_sources, np.int64)
+    found_of = np.zeros((n_sources, raymap.n_replicates), np.int64)
     for portion, rays in matches(raymap, bound):
         ids.append(portion.first_ray + rays)
-        found_of_source += rays_per_source(portion, n_sources, rays)
+        found_of += rays_per_replicate(raymap, portion, rays)
         scanned.append(portion)
-        if limit is not None and found_of_source.sum() >= limit:
+        if limit is not None and found_of.sum() >= limit:
             break
     flux_w = stderr_w = interval_w = None
     if len(scanned) == len(raymap.portions):
-        sums = (raymap.source_flux_w, raymap.rays_of_source, found_of_source, found_of_source)
+        found = found_of.sum(axis=1)
+        squares = effective_squares(raymap.rays_of_replicate, found_of, found)
+        sums = (raymap.source_flux_w, raymap.rays_of_source, found, squares)
         known = decided(bound, raymap.rays_of_source)
         flux_w, stderr_w = (float(value) for value in estimate_flux(*sums, known))
         low, high = confidence_interval(*sums, known)
         interval_w = float(low), float(high)
     return QueryResult(
         criterion=format_criterion(bound.criterion),
-        rays=int(found_of_source.sum()),
+        rays=int(found_of.sum()),
         scanned=sum(portion.n_rays for portion in scanned),
         flux_w=flux_w,
         flux_stderr_w=stderr_w,
@@ -116,11 +119,15 @@ def matches(raymap: RayMap, bound: Bound) -> Iterator[tuple[Portion, NDArray[np.
         yield portion, matching_rays(portion, bound)
 
 
-def rays_per_source(portion: Portion, n_sources: int, rays: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
-    """How many rays of a portion, or of some of its rays, each source emitted: (n_sources,) int64."""
-    signatures = portion.ray_signature if rays is None or len(rays) == portion.n_rays else portion.ray_signature[rays]
+def rays_per_replicate(raymap: RayMap, portion: Portion, rays: NDArray[np.int64]) -> NDArray[np.int64]:
+    """How many of some rays of a portion are of each source and replicate: (n_sources, R) int64."""
+    n_sources, n_replicates = len(raymap.names.sources), raymap.n_replicates
+    if n_replicates > 1:
+        group = raymap.group_of_rays(portion)[rays]
+        return np.bincount(group, minlength=n_sources * n_replicates).reshape(n_sources, n_replicates)
+    signatures = portion.ray_signature if len(rays) == portion.n_rays else portion.ray_signature[rays]
     of_signature = np.bincount(signatures, minlength=len(portion.signatures))
-    return np.bincount(portion.signatures.ray_source, of_signature, n_sources).astype(np.int64)
+    return np.bincount(portion.signatures.ray_source, of_signature, n_sources).astype(np.int64)[:, None]
 
 
 def decided(bound: Bound, rays_of_source: NDArray[np.int64]) -> NDArray[np.bool_]:

@@ -8,7 +8,8 @@ import numpy as np
 from raymaps.jit import allocating_kernel, kernel
 from raymaps.kernels.lobes import SCATTERED_BACK, abg_point, go_on, projections
 from raymaps.kernels.outcome import draw_among
-from raymaps.kernels.random import ON_SURFACE, uniforms
+from raymaps.kernels.random import ON_SURFACE
+from raymaps.kernels.sampling import sample
 from raymaps.kernels.transport import PENDING
 from raymaps.kinds import EventKind, SurfaceKind
 
@@ -51,7 +52,7 @@ def run(active, wave, tables, data, key, depth):
             shares[2, band], shares[3, band] = min(back, back_scatter), min(on, on_scatter)
             shares[0, band], shares[1, band] = back - shares[2, band], on - shares[3, band]
         ray = key.first_ray + np.uint64(i)
-        _, u, _, _ = uniforms(key.seed, ray, depth, ON_SURFACE)
+        _, u, _, _ = sample(key, i, depth, ON_SURFACE)
         outcome = draw_among(wave.light[i], shares, key.roulette_threshold, u)
         if outcome < 0:
             wave.state[i] = _ABSORPTION

@@ -13,7 +13,8 @@ import numpy as np
 from raymaps.jit import allocating_kernel, kernel
 from raymaps.kernels.at_surface import go_through, incidence_cosine, reflect, refract, refraction_cosine, turn_back
 from raymaps.kernels.outcome import draw_among, total
-from raymaps.kernels.random import ON_SURFACE, ON_SURFACE_MORE, uniforms
+from raymaps.kernels.random import ON_SURFACE, ON_SURFACE_MORE
+from raymaps.kernels.sampling import sample
 from raymaps.kernels.transport import PENDING
 from raymaps.kinds import EventKind, SurfaceKind
 
@@ -226,7 +227,7 @@ def run(active, wave, tables, data, key, depth):
                 shares[2, band] = 0.0
         for band in range(n_bands):
             arriving[band] = wave.light[i, band]
-        _, u, v, w = uniforms(key.seed, key.first_ray + np.uint64(i), depth, ON_SURFACE)
+        _, u, v, w = sample(key, i, depth, ON_SURFACE)
         outcome = draw_among(wave.light[i], shares, key.roulette_threshold, u)
         if outcome < 0:
             wave.state[i] = _ABSORPTION
@@ -240,7 +241,7 @@ def run(active, wave, tables, data, key, depth):
             wave.state[i] = _SPECULAR_REFRACTION
             continue
         way = outcome // 2
-        p, q, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), depth, ON_SURFACE_MORE)
+        p, q, _, _ = sample(key, i, depth, ON_SURFACE_MORE)
         cell = draw_cell(data, counts[way], index[way], weight[way], arriving, wave.light[i], p, q)
         border = data.border[cell]
         sin2 = border[0] + v * (border[1] - border[0])

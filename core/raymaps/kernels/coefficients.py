@@ -18,7 +18,8 @@ from raymaps.kernels.at_surface import (
     turn_back,
 )
 from raymaps.kernels.outcome import draw_among
-from raymaps.kernels.random import ON_SURFACE, uniforms
+from raymaps.kernels.random import ON_SURFACE
+from raymaps.kernels.sampling import sample
 from raymaps.kernels.transport import PENDING
 from raymaps.kinds import EventKind, SurfaceKind
 
@@ -78,7 +79,7 @@ def run(active, wave, tables, data, key, depth):
             elif cos_t < 0.0:
                 shares[0, band] += shares[1, band]
                 shares[1, band] = 0.0
-        _, u, v, w = uniforms(key.seed, key.first_ray + np.uint64(i), depth, ON_SURFACE)
+        _, u, v, w = sample(key, i, depth, ON_SURFACE)
         outcome = draw_among(wave.light[i], shares, key.roulette_threshold, u)
         if outcome < 0:
             wave.state[i] = _ABSORPTION

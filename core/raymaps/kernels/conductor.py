@@ -9,7 +9,8 @@ from raymaps.jit import allocating_kernel
 from raymaps.kernels import reflectance
 from raymaps.kernels.at_surface import incidence_cosine, reflect
 from raymaps.kernels.outcome import draw_reflection
-from raymaps.kernels.random import ON_SURFACE, uniforms
+from raymaps.kernels.random import ON_SURFACE
+from raymaps.kernels.sampling import sample
 from raymaps.kernels.transport import PENDING
 from raymaps.kinds import EventKind, SurfaceKind
 
@@ -31,7 +32,7 @@ def run(active, wave, tables, data, key, depth):
         cos_i = incidence_cosine(wave, i, normal)
         for band in range(len(share)):
             share[band] = reflectance.of_metal(cos_i, wave.n_near[i], data.n[metal, band], data.k[metal, band])
-        _, u, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), depth, ON_SURFACE)
+        _, u, _, _ = sample(key, i, depth, ON_SURFACE)
         if not draw_reflection(wave.light[i], share, key.roulette_threshold, u):
             wave.state[i] = _ABSORPTION
             continue

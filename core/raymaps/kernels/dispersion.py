@@ -6,7 +6,8 @@ from __future__ import annotations
 import numpy as np
 
 from raymaps.jit import kernel
-from raymaps.kernels.random import COLLAPSE, uniforms
+from raymaps.kernels.random import COLLAPSE
+from raymaps.kernels.sampling import sample
 from raymaps.kernels.transport import PENDING
 
 
@@ -60,7 +61,7 @@ def run(active, wave, tables, data, key, depth):
             total = 0.0
             for band in range(len(light)):
                 total += np.float64(light[band])
-            u, v, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), depth, COLLAPSE)
+            u, v, _, _ = sample(key, i, depth, COLLAPSE)
             u *= total
             drawn = 0
             below = 0.0

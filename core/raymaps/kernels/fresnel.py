@@ -3,12 +3,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from raymaps.jit import kernel
 from raymaps.kernels import reflectance
 from raymaps.kernels.at_surface import incidence_cosine, reflect, refract
-from raymaps.kernels.random import ON_SURFACE, uniforms
+from raymaps.kernels.random import ON_SURFACE
+from raymaps.kernels.sampling import sample
 from raymaps.kernels.transport import PENDING
 from raymaps.kinds import EventKind, SurfaceKind
 
@@ -27,7 +26,7 @@ def run(active, wave, tables, data, key, depth):
         normal = wave.normal[i]
         cos_i = incidence_cosine(wave, i, normal)
         share, cos_t = reflectance.of_clear_medium(cos_i, wave.n_near[i], wave.n_far[i])
-        _, u, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), depth, ON_SURFACE)
+        _, u, _, _ = sample(key, i, depth, ON_SURFACE)
         if u < share:
             reflect(wave, i, normal)
             wave.state[i] = _REFLECTION

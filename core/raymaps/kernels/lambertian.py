@@ -3,12 +3,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from raymaps.jit import kernel
 from raymaps.kernels.at_surface import go_through, scatter_lambertian, turn_back
 from raymaps.kernels.outcome import draw_outcome
-from raymaps.kernels.random import ON_SURFACE, uniforms
+from raymaps.kernels.random import ON_SURFACE
+from raymaps.kernels.sampling import sample
 from raymaps.kernels.transport import PENDING
 from raymaps.kinds import EventKind, SurfaceKind
 
@@ -26,7 +25,7 @@ def run(active, wave, tables, data, key, depth):
         surface = wave.surface[i]
         if wave.state[i] != PENDING or tables.surface_kind[surface] != _HERE:
             continue
-        _, u, v, w = uniforms(key.seed, key.first_ray + np.uint64(i), depth, ON_SURFACE)
+        _, u, v, w = sample(key, i, depth, ON_SURFACE)
         outcome = draw_outcome(
             wave.light[i], data.reflectance[surface], data.transmittance[surface], key.roulette_threshold, u
         )

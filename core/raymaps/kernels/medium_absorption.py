@@ -5,11 +5,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from raymaps.jit import kernel
 from raymaps.kernels.outcome import total
-from raymaps.kernels.random import IN_MEDIUM, uniforms
+from raymaps.kernels.random import IN_MEDIUM
+from raymaps.kernels.sampling import sample
 from raymaps.kinds import EventKind
 
 _MEDIUM_ABSORPTION = int(EventKind.MEDIUM_ABSORPTION)
@@ -40,7 +39,7 @@ def run(active, wave, tables, data, key, depth):
             lost = 0.0
             for band in range(n_bands):
                 lost += light[band] * -math.expm1(-absorption[band] * distance)
-        u, v, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), depth, IN_MEDIUM)
+        u, v, _, _ = sample(key, i, depth, IN_MEDIUM)
         u *= arriving
         if u >= lost:
             if largest != smallest:

@@ -11,7 +11,8 @@ from raymaps.jit import allocating_kernel, kernel
 from raymaps.kernels.directions import around
 from raymaps.kernels.interface import undo_passes
 from raymaps.kernels.phase import henyey_greenstein, tabulated
-from raymaps.kernels.random import SCATTER_DIRECTION, SCATTER_PLACE, uniforms
+from raymaps.kernels.random import SCATTER_DIRECTION, SCATTER_PLACE
+from raymaps.kernels.sampling import sample
 from raymaps.kinds import EventKind
 
 __all__ = ["run", "scatter"]
@@ -24,7 +25,7 @@ _CLEAR, _GREY = 0, 1
 
 @kernel
 def fine(u, v):
-    """A uniform number in [0, 1) in steps of 2^-64 near 0, from two of `uniforms`; its largest value is 1 - 2^-53."""
+    """A uniform number in [0, 1) in steps of 2^-64 near 0, from two of `sample`; its largest value is 1 - 2^-53."""
     return min((u - 2.0**-33) + v * 2.0**-32, 1.0 - 2.0**-53)
 
 
@@ -45,7 +46,7 @@ def run(active, wave, tables, data, key, depth):
         coefficient = data.coefficient[medium]
         light = wave.light[i]
         distance = wave.distance[i]
-        a, b, c, d = uniforms(key.seed, key.first_ray + np.uint64(i), depth, SCATTER_PLACE)
+        a, b, c, d = sample(key, i, depth, SCATTER_PLACE)
         u, v = fine(a, b), fine(c, d)
         if data.mode[medium] == _GREY:
             drawn = coefficient[0]
@@ -117,7 +118,7 @@ def scatter(active, wave, tables, data, key, depth):
         if wave.state[i] != _MEDIUM_SCATTERING:
             continue
         medium = wave.medium[i]
-        u, v, w, _ = uniforms(key.seed, key.first_ray + np.uint64(i), depth, SCATTER_DIRECTION)
+        u, v, w, _ = sample(key, i, depth, SCATTER_DIRECTION)
         component, end = data.component_start[medium], data.component_start[medium + 1]
         if end - component > 1:
             component += _draw_component(wave.light[i], data.component_share[component:end], weight, u)

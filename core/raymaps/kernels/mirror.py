@@ -3,12 +3,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from raymaps.jit import kernel
 from raymaps.kernels.at_surface import reflect
 from raymaps.kernels.outcome import draw_reflection
-from raymaps.kernels.random import ON_SURFACE, uniforms
+from raymaps.kernels.random import ON_SURFACE
+from raymaps.kernels.sampling import sample
 from raymaps.kernels.transport import PENDING
 from raymaps.kinds import EventKind, SurfaceKind
 
@@ -25,7 +24,7 @@ def run(active, wave, tables, data, key, depth):
         surface = wave.surface[i]
         if wave.state[i] != PENDING or tables.surface_kind[surface] != _HERE:
             continue
-        _, u, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), depth, ON_SURFACE)
+        _, u, _, _ = sample(key, i, depth, ON_SURFACE)
         kept = draw_reflection(wave.light[i], data.reflectance[surface], key.roulette_threshold, u)
         if not kept:
             wave.state[i] = _ABSORPTION

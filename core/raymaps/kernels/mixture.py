@@ -3,10 +3,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from raymaps.jit import kernel
-from raymaps.kernels.random import ON_SURFACE, uniforms
+from raymaps.kernels.random import ON_SURFACE
+from raymaps.kernels.sampling import sample
 from raymaps.kernels.transport import PENDING
 from raymaps.kinds import SurfaceKind
 
@@ -21,7 +20,7 @@ def run(active, wave, tables, data, key, depth):
         surface = wave.surface[i]
         if wave.state[i] != PENDING or tables.surface_kind[surface] != _HERE:
             continue
-        u, _, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), depth, ON_SURFACE)
+        u, _, _, _ = sample(key, i, depth, ON_SURFACE)
         part, last = data.start[surface], data.start[surface + 1] - 1
         while part < last and u >= data.edge[part]:
             part += 1

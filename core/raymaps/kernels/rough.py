@@ -10,7 +10,8 @@ from raymaps.kernels.at_surface import go_through, head, turn_back
 from raymaps.kernels.directions import tangents
 from raymaps.kernels.microsurface import walk_between_media, walk_on_metal
 from raymaps.kernels.outcome import draw_reflection
-from raymaps.kernels.random import ON_SURFACE, uniforms
+from raymaps.kernels.random import ON_SURFACE
+from raymaps.kernels.sampling import sample
 from raymaps.kernels.transport import PENDING
 from raymaps.kinds import EventKind, SurfaceKind
 
@@ -43,7 +44,7 @@ def run(active, wave, tables, data, key, depth):
             x, y, z, bounces = walk_on_metal(
                 x, y, z, alpha, wave.n_near[i], data.n[beyond], data.k[beyond], share, key.seed, ray, depth
             )
-            _, u, _, _ = uniforms(key.seed, ray, depth, ON_SURFACE)
+            _, u, _, _ = sample(key, i, depth, ON_SURFACE)
             goes_on = bounces > 0 and draw_reflection(wave.light[i], share, key.roulette_threshold, u)
         else:
             x, y, z, bounces = walk_between_media(x, y, z, alpha, wave.n_near[i], wave.n_far[i], key.seed, ray, depth)

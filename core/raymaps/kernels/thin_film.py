@@ -13,7 +13,8 @@ import numpy as np
 from raymaps.jit import allocating_kernel, kernel
 from raymaps.kernels.at_surface import incidence_cosine, reflect, refract, refraction_cosine
 from raymaps.kernels.outcome import draw_among
-from raymaps.kernels.random import ON_SURFACE, uniforms
+from raymaps.kernels.random import ON_SURFACE
+from raymaps.kernels.sampling import sample
 from raymaps.kernels.transport import PENDING
 from raymaps.kinds import EventKind, SurfaceKind
 
@@ -76,7 +77,7 @@ def run(active, wave, tables, data, key, depth):
             for band in range(n_bands):
                 low, high = data.share[row, zone, step, outcome, band], data.share[row, zone, step + 1, outcome, band]
                 shares[outcome, band] = low + place * (high - low)
-        _, u, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), depth, ON_SURFACE)
+        _, u, _, _ = sample(key, i, depth, ON_SURFACE)
         outcome = draw_among(wave.light[i], shares, key.roulette_threshold, u)
         if outcome < 0:
             wave.state[i] = _ABSORPTION

@@ -10,11 +10,11 @@ import numpy as np
 
 from raymaps.jit import kernel
 
-__all__ = ["add_rays", "add_spectra", "add_to_cells", "rectangle_cells"]
+__all__ = ["add_rays", "add_spectra", "add_to_cells", "add_to_replicates", "rectangle_cells"]
 
 
 @kernel
-def add_rays(ray, light_row, less_row, light, source_of_ray, sums, rounded):
+def add_rays(ray, light_row, less_row, light, group_of_ray, sums, rounded):
     """Add the samples of a portion, whatever their cells.
 
     Parameters
@@ -25,9 +25,10 @@ def add_rays(ray, light_row, less_row, light, source_of_ray, sums, rounded):
         Row of the light that is taken off.
     light : (n_lights, 5) float64
         Power, lumens, red, green, blue.
-    source_of_ray : (n_rays,) int
+    group_of_ray : (n_rays,) int
+        What the sums are told apart by: source, or source and replicate.
     sums : RaySums, added to
-    rounded : (4, n_sources) float64
+    rounded : (4, n_groups) float64
         What rounding added to each sum so far; zeros at first.
 
     Returns
@@ -37,19 +38,19 @@ def add_rays(ray, light_row, less_row, light, source_of_ray, sums, rounded):
     n_rays = 0
     start = 0
     while start < len(ray):
-        source = source_of_ray[ray[start]]
+        group = group_of_ray[ray[start]]
         power = lumen = 0.0
         end = start
         while end < len(ray) and ray[end] == ray[start]:
             power += _value(light, light_row, less_row, end, 0)
             lumen += _value(light, light_row, less_row, end, 1)
             end += 1
-        _add(sums.total, rounded[0], source, power)
-        _add(sums.squares, rounded[1], source, power * power)
-        _add(sums.lumen, rounded[2], source, lumen)
-        _add(sums.lumen_squares, rounded[3], source, lumen * lumen)
-        sums.most[source] = max(sums.most[source], power)
-        sums.most_lumen[source] = max(sums.most_lumen[source], lumen)
+        _add(sums.total, rounded[0], group, power)
+        _add(sums.squares, rounded[1], group, power * power)
+        _add(sums.lumen, rounded[2], group, lumen)
+        _add(sums.lumen_squares, rounded[3], group, lumen * lumen)
+        sums.most[group] = max(sums.most[group], power)
+        sums.most_lumen[group] = max(sums.most_lumen[group], lumen)
         n_rays += 1
         start = end
     return n_rays
@@ -102,23 +103,41 @@ def add_to_cells(ray, light_row, less_row, cell, light, source_of_ray, sums, in_
 
 
 @kernel
-def add_spectra(ray, light_row, less_row, light, source_of_ray, sums, rounded, of_ray):
+def add_to_replicates(ray, light_row, less_row, cell, light, group_of_ray, sums):
+    """Add the samples of a portion to their cells by source and replicate.
+
+    Parameters
+    ----------
+    ray, light_row, less_row, cell, light
+        As of `add_to_cells`.
+    group_of_ray : (n_rays,) int
+    sums : (1 or 2, n_groups, n_cells) float64, added to
+        Power, and lumens if there are any.
+    """
+    for k in range(len(ray)):
+        if cell[k] >= 0:
+            for value in range(len(sums)):
+                sums[value, group_of_ray[ray[k]], cell[k]] += _value(light, light_row, less_row, k, value)
+
+
+@kernel
+def add_spectra(ray, light_row, less_row, light, group_of_ray, sums, rounded, of_ray):
     """Add the samples of a portion band by band.
 
     Parameters
     ----------
-    ray, light_row, less_row, source_of_ray
+    ray, light_row, less_row, group_of_ray
         As of `add_rays`.
     light : (n_lights, n_bands) float
     sums : SpectrumSums, added to
-    rounded : (2, n_sources, n_bands) float64
+    rounded : (2, n_groups, n_bands) float64
         What rounding added to each sum so far; zeros at first.
     of_ray : (n_bands,) float64
         Room for the light of one ray.
     """
     start = 0
     while start < len(ray):
-        source = source_of_ray[ray[start]]
+        group = group_of_ray[ray[start]]
         of_ray[:] = 0.0
         end = start
         while end < len(ray) and ray[end] == ray[start]:
@@ -126,8 +145,8 @@ def add_spectra(ray, light_row, less_row, light, source_of_ray, sums, rounded, o
                 of_ray[band] += _value(light, light_row, less_row, end, band)
             end += 1
         for band in range(len(of_ray)):
-            _add(sums.total[source], rounded[0, source], band, of_ray[band])
-            _add(sums.squares[source], rounded[1, source], band, of_ray[band] * of_ray[band])
+            _add(sums.total[group], rounded[0, group], band, of_ray[band])
+            _add(sums.squares[group], rounded[1, group], band, of_ray[band] * of_ray[band])
         start = end
 
 

@@ -18,6 +18,7 @@ from raymaps.criterion import (
     From,
     all_of,
     bind,
+    by_source,
     confidence_interval,
     covariance_w2,
     estimate_flux,
@@ -168,7 +169,7 @@ def radiometric(
     """
     cells = sums.cells[division]
     return _figures(
-        raymap, asked, (sums.rays.total, sums.rays.squares, sums.rays.most),
+        raymap, asked, (sums.rays.total, sums.rays.squares, sums.groups.squares, sums.rays.most),
         (cells.cell_light[:, :, 0], cells.cell_squares), cells,
         np.ones(len(raymap.names.sources)), measure, counting,
     )  # fmt: skip
@@ -184,7 +185,7 @@ def photometric(
     emitted = _at_emission(raymap, lambda lights: lights.lumen_per_w, float(lumen_per_w.max()))
     cells = sums.cells[division]
     return _figures(
-        raymap, asked, (sums.rays.lumen, sums.rays.lumen_squares, sums.rays.most_lumen),
+        raymap, asked, (sums.rays.lumen, sums.rays.lumen_squares, sums.groups.lumen_squares, sums.rays.most_lumen),
         (cells.cell_light[:, :, 1], cells.cell_lumen_squares), None, emitted, measure, counting,
     )  # fmt: skip
 
@@ -192,7 +193,7 @@ def photometric(
 def _figures(
     raymap: RayMap,
     asked: Asked,
-    in_all: tuple[Float, Float, Float],
+    in_all: tuple[Float, Float, Float, Float],
     of_cells: tuple[Float, Float],
     products: CellSums | None,
     light_of_one: Float,
@@ -200,13 +201,13 @@ def _figures(
     counting: NDArray[np.bool_],
 ) -> Figures:
     flux_w, n_rays = raymap.source_flux_w, raymap.rays_of_source
-    total, squares, most = in_all
+    total, squares, of_groups, most = in_all
     cell_total, cell_squares = of_cells
     of_rays = (flux_w, n_rays, total, squares, asked.impossible, light_of_one)
     flux, stderr = estimate_flux(*of_rays)
     low, high = confidence_interval(*of_rays, most=np.maximum(most, light_of_one))
     # An empty cell is as uncertain as one ray there: a typical one of those that arrived, or one with all its light.
-    typical = np.divide(squares, total, light_of_one.copy(), where=total > 0)
+    typical = np.divide(by_source(of_groups, len(total)), total, light_of_one.copy(), where=total > 0)
     cells, cells_stderr = estimate_flux(flux_w, n_rays, cell_total, cell_squares, asked.impossible, typical[:, None])
     whole = float(measure.sum())
     mean = Statistic(float(flux / whole), float(stderr / whole))

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from raymaps.criterion import confidence_interval, estimate_flux
+from raymaps.criterion import confidence_interval, effective_squares, estimate_flux
 from raymaps.kinds import KILL_REASONS
 from raymaps.store import LedgerEntry, RayMap, ledger_of
 
@@ -105,7 +105,7 @@ def energy_ledger(raymap: RayMap) -> Ledger:
     Maps of times before squares were stored are read event by event for the errors.
     """
     names = raymap.names
-    sums = _Sums([entry for portion in raymap.portions for entry in ledger_of(portion)], len(names.sources))
+    sums = _Sums([entry for portion in raymap.portions for entry in ledger_of(portion)], raymap.rays_of_replicate.shape)
     bodies = {name: sums.of("body", index) for index, name in enumerate(names.bodies)}
     media = {name: sums.of("medium", index) for index, name in enumerate(names.media)}
     reasons = {reason: sums.of("killed", int(kind)) for kind, reason in KILL_REASONS.items()}
@@ -128,41 +128,43 @@ def energy_ledger(raymap: RayMap) -> Ledger:
 class _Sums:
     """Sums over all portions, added up so that their order makes no difference."""
 
-    def __init__(self, entries: list[LedgerEntry], n_sources: int):
-        self._light: defaultdict[tuple[str, int, int], list[float]] = defaultdict(list)
-        self._squares: defaultdict[tuple[str, int, int], list[float]] = defaultdict(list)
-        absorbed: list[list[float]] = [[] for _ in range(n_sources)]
-        emitted: list[list[float]] = [[] for _ in range(n_sources)]
+    def __init__(self, entries: list[LedgerEntry], shape: tuple[int, ...]):
+        self._n_sources, self._n_replicates = shape
+        self._of: defaultdict[tuple[str, int, int], list[tuple[float, ...]]] = defaultdict(list)
+        absorbed: list[list[tuple[float, ...]]] = [[] for _ in range(self._n_sources)]
+        emitted: list[list[float]] = [[] for _ in range(self._n_sources)]
         for entry in entries:
-            place = (entry.what, entry.index, entry.source)
-            self._light[place].append(entry.light)
-            self._squares[place].append(entry.squares or 0.0)
+            lights = (entry.light, entry.squares or 0.0, *(entry.replicates or (entry.light,)))
+            self._of[entry.what, entry.index, entry.source].append(lights)
             emitted[entry.source].append(entry.light)
             if entry.what in ("body", "medium"):
-                absorbed[entry.source].append(entry.light)
-        self._n_sources = n_sources
+                absorbed[entry.source].append(lights)
         self.emitted = np.array([math.fsum(lights) for lights in emitted])
-        self.absorbed = np.array([math.fsum(lights) for lights in absorbed])
+        self.absorbed = np.array([self._added(lights) for lights in absorbed]).T
+
+    def _added(self, lights: list[tuple[float, ...]]) -> list[float]:
+        """Sums of light, squares, and light by replicate, (2 + R,)."""
+        return [math.fsum(column) for column in zip(*lights, strict=True)] or [0.0] * (2 + self._n_replicates)
 
     def of(self, what: str, index: int) -> Float:
-        """Light and its squares of an account, by source: (2, n_sources)."""
-        places = [(what, index, source) for source in range(self._n_sources)]
-        return np.array([[math.fsum(of.get(place, ())) for place in places] for of in (self._light, self._squares)])
+        """Light, squares, and light by replicate of an account, by source: (2 + R, n_sources)."""
+        return np.array([self._added(self._of.get((what, index, source), [])) for source in range(self._n_sources)]).T
 
     def of_absorbed(self, n_rays: NDArray[np.int64], ended: Float) -> Float:
         """The same of all that was absorbed, which is what a ray's end left of it: ``X = E - Z``, E alike for all."""
         each = self.emitted / np.maximum(n_rays, 1)
         squares = each * self.emitted - 2 * each * ended[0] + ended[1]
-        return np.array([self.absorbed, np.maximum(squares, 0.0)])
+        return np.array([self.absorbed[0], np.maximum(squares, 0.0), *self.absorbed[2:]])
 
 
 def _accounts(raymap: RayMap, rows: Float) -> list[Account]:
-    """Accounts of sums, (n_rows, 2, n_sources)."""
+    """Accounts of sums, (n_rows, 2 + R, n_sources)."""
     n_rays = raymap.rays_of_source
     flux_w = np.array([math.fsum(row) for row in rows[:, 0] * raymap.ray_flux_w])
     light, squares = np.abs(rows[:, 0]), rows[:, 1]
     is_rounding = (light <= ROUNDING * n_rays) & (squares <= _OF_A_RAY * light)
-    total, squares = np.moveaxis(np.where(is_rounding[:, None], 0.0, rows), 0, -1)
+    total, squares, *replicates = np.moveaxis(np.where(is_rounding[:, None], 0.0, rows), (1, 2), (0, 1))
+    squares = effective_squares(raymap.rays_of_replicate, np.stack(replicates, axis=1), squares)
     _, stderr_w = estimate_flux(raymap.source_flux_w, n_rays, total, squares)
     low_w, high_w = confidence_interval(raymap.source_flux_w, n_rays, total, squares)
     columns = (values.tolist() for values in (flux_w, stderr_w, low_w, high_w))

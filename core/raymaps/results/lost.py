@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from raymaps.criterion import Happened, Hit, confidence_interval, estimate_flux, format_criterion
+from raymaps.criterion import (
+    Happened,
+    Hit,
+    by_source,
+    confidence_interval,
+    effective_squares,
+    estimate_flux,
+    format_criterion,
+)
 from raymaps.kinds import KILL_REASONS, EventKind
 from raymaps.store.signatures import NONE
 from raymaps.units import format_quantity, format_with_error
@@ -89,7 +97,7 @@ class Lost:
 
 @dataclass
 class _Sums:
-    """Sums over the rays that were lost at a place; by source (n_sources,)."""
+    """Sums over the rays that were lost at a place; by source and replicate (n_sources * R,)."""
 
     point_mm: tuple[float, float, float]
     total: Float = field(repr=False)
@@ -99,24 +107,24 @@ class _Sums:
 
 def lost_rays(raymap: RayMap) -> tuple[Lost, ...]:
     """Places where rays were lost, those with the most rays first; portions that lost none are not read."""
-    n_sources = len(raymap.names.sources)
+    n_groups = len(raymap.names.sources) * raymap.n_replicates
     sums: dict[tuple[int, int], _Sums] = {}
     for portion in raymap.portions:
         if not any(entry.what == "killed" and entry.index in LOST for entry in portion.summary.ledger):
             continue
-        for key, source, power, point_mm in _lost_of(portion):
-            of_place = sums.setdefault(key, _Sums(point_mm, np.zeros(n_sources), np.zeros(n_sources)))
-            of_place.total += np.bincount(source, power, n_sources)
-            of_place.squares += np.bincount(source, power**2, n_sources)
-            of_place.rays += len(source)
+        for key, group, power, point_mm in _lost_of(portion, raymap.group_of_rays(portion)):
+            of_place = sums.setdefault(key, _Sums(point_mm, np.zeros(n_groups), np.zeros(n_groups)))
+            of_place.total += np.bincount(group, power, n_groups)
+            of_place.squares += np.bincount(group, power**2, n_groups)
+            of_place.rays += len(group)
     found = [_lost(raymap, key, of_place) for key, of_place in sums.items()]
     return tuple(sorted(found, key=lambda lost: (-lost.rays, -lost.flux_w, lost.reason, lost.place)))
 
 
 def _lost_of(
-    portion: Portion,
-) -> Iterator[tuple[tuple[int, int], NDArray[np.int16], Float, tuple[float, float, float]]]:
-    """Kind and face, then source and light of the rays that a portion lost there, and where the first one was."""
+    portion: Portion, group: NDArray[np.integer]
+) -> Iterator[tuple[tuple[int, int], NDArray[np.integer], Float, tuple[float, float, float]]]:
+    """Kind and face, then group and light of the rays that a portion lost there, and where the first one was."""
     table = portion.signatures
     ray = np.flatnonzero(np.isin(table.ending, LOST)[portion.ray_signature])
     signature = portion.ray_signature[ray]
@@ -125,18 +133,21 @@ def _lost_of(
         np.stack([table.ending[signature], face], axis=1), axis=0, return_index=True, return_inverse=True
     )
     row = portion.event_offsets[ray + 1] - 1
-    power, source = portion.power[row], table.ray_source[signature]
+    power, group = portion.power[row], group[ray]
     for index, (kind, of_face) in enumerate(places.tolist()):
         x, y, z = portion.position_mm[row[first[index]]].tolist()
         here = at.ravel() == index
-        yield (kind, of_face), source[here], power[here], (x, y, z)
+        yield (kind, of_face), group[here], power[here], (x, y, z)
 
 
 def _lost(raymap: RayMap, key: tuple[int, int], sums: _Sums) -> Lost:
     names, kind = raymap.names, EventKind(key[0])
     body, face = (names.bodies[names.faces[key[1]][0]], names.faces[key[1]][1]) if key[1] != NONE else (None, None)
     shown = Happened(kind.label) if body is None else Hit(body, face, kind.label)
-    of_sources = (raymap.source_flux_w, raymap.rays_of_source, sums.total, sums.squares)
+    rays = raymap.rays_of_replicate
+    total, squares = (by_source(values, len(rays)) for values in (sums.total, sums.squares))
+    squares = effective_squares(rays, sums.total.reshape(rays.shape), squares)
+    of_sources = (raymap.source_flux_w, raymap.rays_of_source, total, squares)
     (flux_w, stderr_w), (low_w, high_w) = estimate_flux(*of_sources), confidence_interval(*of_sources)
     emitted_w = float(raymap.source_flux_w[raymap.rays_of_source > 0].sum())
     return Lost(

@@ -19,6 +19,7 @@ from raymaps.criterion import (
     Everything,
     bind,
     confidence_interval,
+    effective_squares,
     estimate_flux,
     format_criterion,
     matches,
@@ -124,19 +125,25 @@ def distinct_paths(raymap: RayMap, where: Criterion | str | None = None, limit: 
         Only the paths with the largest flux.
     """
     bound = bind(Everything() if where is None else where, raymap.names, raymap.scene.detectors)
-    counts: dict[bytes, int] = {}
+    counts: dict[bytes, NDArray[np.int64]] = {}
+    n_replicates = raymap.n_replicates
     for portion, rays in matches(raymap, bound):
         table = portion.signatures
-        of_signature = np.bincount(portion.ray_signature[rays], minlength=len(table))
+        place = portion.ray_signature[rays]
+        if n_replicates > 1:
+            place = place * np.int64(n_replicates) + raymap.group_of_rays(portion)[rays] % n_replicates
+        of_signature = np.bincount(place, minlength=len(table) * n_replicates).reshape(-1, n_replicates)
         steps = _path_steps(table)
-        for index in np.flatnonzero(of_signature):
+        for index in np.flatnonzero(of_signature.any(axis=1)):
             key = steps[table.offsets[index] : table.offsets[index + 1]].tobytes()
-            counts[key] = counts.get(key, 0) + int(of_signature[index])
+            counts[key] = counts.get(key, 0) + of_signature[index]
     keys = list(counts)
     source = np.array([_steps_of(key)[0]["source"] for key in keys], np.int64)
-    n_rays = np.array([counts[key] for key in keys], np.int64)
+    of_replicate = np.array([counts[key] for key in keys], np.int64).reshape(-1, n_replicates)
+    n_rays = of_replicate.sum(axis=1)
+    squares = effective_squares(raymap.rays_of_replicate[source], of_replicate, n_rays)
     # every path belongs to one source, of which it is a share of the rays
-    sums = (raymap.source_flux_w[source][None], raymap.rays_of_source[source][None], n_rays[None], n_rays[None])
+    sums = (raymap.source_flux_w[source][None], raymap.rays_of_source[source][None], n_rays[None], squares[None])
     flux_w, stderr_w = estimate_flux(*sums)
     low_w, high_w = confidence_interval(*sums)
     order = sorted(range(len(keys)), key=lambda i: (-flux_w[i], -n_rays[i], keys[i]))

@@ -41,6 +41,9 @@ class Settings(Record):
     roulette_threshold: Number = Field(
         0.1, ge=0, le=1, description="Below this share of its light a ray's losses on surfaces are drawn."
     )
+    sampling: Literal["random", "sobol"] = Field(
+        "random", description="Whether the first decisions of rays are random, or points of Sobol's sequence."
+    )
     surfaces: Literal["exact", "faceted"] = Field(
         "exact", description="Whether light meets the exact surfaces of CAD faces, or their triangles."
     )

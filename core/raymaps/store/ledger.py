@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.kinds import KILL_REASONS, EventKind
+from raymaps.ray_numbers import REPLICATES
 from raymaps.store.summary import LedgerEntry
 
 if TYPE_CHECKING:
@@ -48,6 +49,7 @@ def sum_ledger(
     light: NDArray[np.uint32],
     light_power: NDArray[np.float64],
     face_body: NDArray[np.int32],
+    replicate: NDArray[np.uint8] | None = None,
 ) -> tuple[LedgerEntry, ...]:
     """Where each source's light went, summed over the rays of a portion.
 
@@ -60,6 +62,8 @@ def sum_ledger(
     light : (n_events,)
         Row in ``light_power``, (n_lights,), of the light after each event.
     face_body : (n_faces,)
+    replicate : (n_rays,), optional
+        Which of the independent sets of its source's rays each is in; None or empty where each ray is independent.
     """
     from raymaps.store.numbering import sum_light  # compiled: only where it is needed
 
@@ -90,11 +94,17 @@ def sum_ledger(
     account[lossless] = n_bodies + medium[lossless - 1]
     in_medium = by_medium[kind]
     account[in_medium] = n_bodies + medium[in_medium]
-    sums, rounded = np.zeros((2, 2, n_sources, len(accounts)))
-    sum_light(source, event_offsets, light, light_power, account, sums, rounded, np.zeros(len(accounts)))
+    n_replicates, group = 1, source.astype(np.int64)
+    if replicate is not None and len(replicate):
+        n_replicates, group = REPLICATES, group * REPLICATES + replicate
+    of_group, rounded = np.zeros((2, 2, n_sources * n_replicates, len(accounts)))
+    sum_light(group, event_offsets, light, light_power, account, of_group, rounded, np.zeros(len(accounts)))
+    by_replicate = of_group.reshape(2, n_sources, n_replicates, -1)
+    sums = by_replicate.sum(axis=2)
     return tuple(
         LedgerEntry(
-            int(of), accounts[index][0], accounts[index][1], float(sums[0, of, index]), float(sums[1, of, index])
+            int(of), accounts[index][0], accounts[index][1], float(sums[0, of, index]), float(sums[1, of, index]),
+            tuple(by_replicate[0, of, :, index].tolist()) if n_replicates > 1 else (),
         )
         for of, index in zip(*np.nonzero(sums[0]), strict=True)
-    )
+    )  # fmt: skip

@@ -23,6 +23,7 @@ from raymaps.formats.ray_file import write_rays
 from raymaps.formats.ray_set import RaySet
 from raymaps.geometry import BodyMesh, load_bodies, write_ply
 from raymaps.names import Names
+from raymaps.ray_numbers import n_replicates, ranks, ranks_before
 from raymaps.scene import CrossingsSource, FaceGroup, Geometry, RaysSource, Scene, load_scene
 from raymaps.store.lights import Stored
 from raymaps.store.portion import Portion
@@ -209,6 +210,44 @@ class RayMap:
         """Rays present of each source, (n_sources,)."""
         counts = [portion.summary.rays_of_source for portion in self.portions]
         return np.sum(counts, axis=0) if counts else np.zeros(len(self.names.sources), np.int64)
+
+    @property
+    def n_replicates(self) -> int:
+        """Independent sets R that the rays of each source are in, 1 where each ray is independent."""
+        return n_replicates(self.scene)
+
+    @cached_property
+    def rays_of_replicate(self) -> NDArray[np.int64]:
+        """Rays present of each source and replicate, (n_sources, R)."""
+        if self.n_replicates == 1:
+            return self.rays_of_source[:, None]
+        last = self.n_replicates - 1 - np.arange(self.n_replicates)
+        found = np.zeros((len(self.names.sources), self.n_replicates), np.int64)
+        for portion in self.portions:
+            before = self._ranks_before[portion.first_ray]
+            up_to = before + portion.summary.rays_of_source
+            found += (up_to[:, None] + last) // self.n_replicates - (before[:, None] + last) // self.n_replicates
+        return found
+
+    def group_of_rays(self, portion: Portion) -> NDArray[np.integer]:
+        """Source s and replicate r of each ray of a portion as one number, s R + r: (n_rays,)."""
+        source = portion.signatures.ray_source[portion.ray_signature]
+        if self.n_replicates == 1:
+            return source
+        rank = ranks(source, self._ranks_before[portion.first_ray])
+        return source * np.int64(self.n_replicates) + rank % self.n_replicates
+
+    @cached_property
+    def _ranks_before(self) -> dict[int, NDArray[np.int64]]:
+        """Rays of each source before a portion, (n_sources,), by the portion's first ray."""
+        found: dict[int, NDArray[np.int64]] = {}
+        end, before = 0, np.zeros(len(self.names.sources), np.int64)
+        for portion in self.portions:
+            if portion.first_ray != end:
+                before = ranks_before(self.scene, portion.first_ray)
+            found[portion.first_ray] = before
+            end, before = portion.first_ray + portion.n_rays, before + portion.summary.rays_of_source
+        return found
 
     @cached_property
     def source_flux_w(self) -> NDArray[np.float64]:

@@ -24,7 +24,8 @@ class LedgerEntry:
     """Light of a source's rays that ended in one way: the sum of their relative light, and of its squares ray by ray.
 
     ``what`` is "body" or "medium" (absorbed; ``index`` says by which), "escaped", or "killed" (``index`` is the
-    `EventKind`). ``squares`` is None in maps of times before it was stored.
+    `EventKind`). ``squares`` is None in maps of times before it was stored. ``replicates`` is the light by
+    replicate, in maps whose rays are in such.
     """
 
     source: int
@@ -32,6 +33,11 @@ class LedgerEntry:
     index: int
     light: float
     squares: float | None = None
+    replicates: tuple[float, ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain data."""
+        return {name: value for name, value in self.__dict__.items() if name != "replicates" or value}
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> LedgerEntry:
@@ -39,7 +45,7 @@ class LedgerEntry:
         squares = data.get("squares")
         return cls(
             int(data["source"]), str(data["what"]), int(data["index"]), float(data["light"]),
-            None if squares is None else float(squares),
+            None if squares is None else float(squares), tuple(float(light) for light in data.get("replicates", ())),
         )  # fmt: skip
 
 
@@ -63,7 +69,7 @@ class PortionSummary:
     def to_json(self) -> str:
         """As text."""
         data = {**self.__dict__, "content": [f"{word:016x}" for word in self.content]}
-        return seal({**data, "ledger": [entry.__dict__ for entry in self.ledger]})
+        return seal({**data, "ledger": [entry.to_dict() for entry in self.ledger]})
 
     @classmethod
     def from_json(cls, text: str) -> PortionSummary:

@@ -111,7 +111,7 @@ def write_portion(
             (int(content[0]), int(content[1])),
             sum_ledger(
                 history.source, n_sources, history.event_offsets, history.kind, face, history.medium, light,
-                distinct.power, faces.face_body,
+                distinct.power, faces.face_body, history.replicate,
             ),
             {file: len(data) for file, data in packed.items()},
             {file: hashlib.sha256(data).hexdigest() for file, data in packed.items()},

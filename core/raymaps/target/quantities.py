@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from raymaps.criterion import bind, decided, format_criterion, matching_rays, parse_criterion, rays_per_source
+from raymaps.criterion import bind, decided, format_criterion, matching_rays, parse_criterion, rays_per_replicate
 from raymaps.errors import CriterionError, unknown_name
 from raymaps.kinds import ENDINGS
 from raymaps.names import Names
@@ -78,7 +78,7 @@ def quantities(raymap: RayMap, target: Target) -> tuple[Quantity, ...]:
         return (_of_criterion(raymap, target.where),)
     if raymap.names.detectors:
         return tuple(_of_detector(raymap, name, target) for name in raymap.names.detectors)
-    return (Quantity("the light that is absorbed", _absorbed, np.zeros(len(raymap.names.sources), bool)),)
+    return (_of_absorbed(raymap),)
 
 
 def _of_detector(raymap: RayMap, name: str, target: Target) -> Quantity:
@@ -95,8 +95,12 @@ def _of_detector(raymap: RayMap, name: str, target: Target) -> Quantity:
         samples_of, n_cells = crossing_samples(raymap, name, detector, asked, area=area), (1,)
 
     def tally(portion: Portion) -> Tally:
-        sums = sum_samples(raymap.of_portions([portion]), samples_of, n_cells)
-        return Tally(_rays(portion), sums.rays.total, sums.rays.squares, sums.n_rays)
+        piece = raymap.of_portions([portion])
+        sums, rays = sum_samples(piece, samples_of, n_cells), piece.rays_of_replicate
+        return Tally(
+            rays.astype(np.float64), sums.groups.total.reshape(rays.shape), sums.groups.squares.reshape(rays.shape),
+            sums.n_rays,
+        )  # fmt: skip
 
     words = f"detector '{name}'"
     words += " in a region" if target.rect is not None or target.ellipse is not None else ""
@@ -109,26 +113,28 @@ def _of_criterion(raymap: RayMap, where: str) -> Quantity:
     n_sources = len(raymap.names.sources)
 
     def tally(portion: Portion) -> Tally:
-        found = rays_per_source(portion, n_sources, matching_rays(portion, bound)).astype(np.float64)
-        return Tally(_rays(portion), found, found, int(found.sum()))
+        piece = raymap.of_portions([portion])
+        found = rays_per_replicate(piece, portion, matching_rays(portion, bound)).astype(np.float64)
+        return Tally(piece.rays_of_replicate.astype(np.float64), found, found, int(found.sum()))
 
     words = f"rays where {format_criterion(parse_criterion(where))}"
     return Quantity(words, tally, decided(bound, np.ones(n_sources, np.int64)))
 
 
-def _absorbed(portion: Portion) -> Tally:
+def _of_absorbed(raymap: RayMap) -> Quantity:
     """What of each ray's light bodies and media took: all of it but for what left or was killed."""
-    table, power = portion.signatures, portion.power
-    source = table.ray_source[portion.ray_signature]
-    remains = np.isin(table.ending, [*ENDINGS["left"], *ENDINGS["killed"]])[portion.ray_signature]
-    light = power[portion.event_offsets[:-1]] - np.where(remains, power[portion.event_offsets[1:] - 1], 0.0)
-    light = np.where(light > 1e-6, light, 0.0)  # rounding
-    rays = _rays(portion)
-    total, squares = np.zeros(len(rays)), np.zeros(len(rays))
-    np.add.at(total, source, light)
-    np.add.at(squares, source, light**2)
-    return Tally(rays, total, squares, int((light > 0).sum()))
 
+    def tally(portion: Portion) -> Tally:
+        table, power, piece = portion.signatures, portion.power, raymap.of_portions([portion])
+        remains = np.isin(table.ending, [*ENDINGS["left"], *ENDINGS["killed"]])[portion.ray_signature]
+        light = power[portion.event_offsets[:-1]] - np.where(remains, power[portion.event_offsets[1:] - 1], 0.0)
+        light = np.where(light > 1e-6, light, 0.0)  # rounding
+        group, rays = piece.group_of_rays(portion), piece.rays_of_replicate
+        total, squares = np.zeros(rays.size), np.zeros(rays.size)
+        np.add.at(total, group, light)
+        np.add.at(squares, group, light**2)
+        return Tally(
+            rays.astype(np.float64), total.reshape(rays.shape), squares.reshape(rays.shape), int((light > 0).sum())
+        )
 
-def _rays(portion: Portion) -> NDArray[np.float64]:
-    return np.array(portion.summary.rays_of_source, np.float64)
+    return Quantity("the light that is absorbed", tally, np.zeros(len(raymap.names.sources), bool))

@@ -125,8 +125,8 @@ def _pilot(
     most = max(GROUPS, min(course.most_rays, max(FIRST_PILOT, int(course.most_rays * PILOT_RAYS))))
     patience = most if len(candidates) == 1 else min(most, usual_rays)
     wanted, seed = pilot_hits(course.target.error), pilot_seed(raymap.manifest.seed)
-    n_sources = len(raymap.names.sources)
-    groups = [[Tally.none(n_sources) for _ in range(GROUPS)] for _ in candidates]
+    shape = raymap.rays_of_replicate.shape
+    groups = [[Tally.none(shape) for _ in range(GROUPS)] for _ in candidates]
     began_s, done, size = runner.elapsed_s, 0, min(FIRST_PILOT, most) // GROUPS
 
     def see(portion: Portion) -> list[Tally]:
@@ -180,7 +180,7 @@ class _Sum:
         self._quantity, self._flux_w = quantity, raymap.source_flux_w
         self._tallies: dict[int, Tally] = {}
         self._lock = threading.Lock()
-        self._so_far = Tally.none(len(raymap.names.sources))
+        self._none = self._so_far = Tally.none(raymap.rays_of_replicate.shape)
         for portion in raymap.portions:
             self.see(portion)
             portion.forget()
@@ -199,4 +199,4 @@ class _Sum:
 
     def in_all(self) -> Tally:
         """The sum in the order of the rays, so that it is the same whatever the threads."""
-        return sum((self._tallies[first] for first in sorted(self._tallies)), Tally.none(len(self._flux_w)))
+        return sum((self._tallies[first] for first in sorted(self._tallies)), self._none)

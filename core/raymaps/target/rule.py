@@ -29,7 +29,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from raymaps.criterion import estimate_flux
+from raymaps.criterion import effective_squares, estimate_flux
 
 __all__ = ["GROUPS", "MAX_EXTENSIONS", "Tally", "pilot_hits", "pilot_seed", "rays_for_error", "rays_needed", "whole"]
 
@@ -49,13 +49,13 @@ MAX_EXTENSIONS, EXTENSION_MARGIN = 2, 1.05
 
 @dataclass(frozen=True)
 class Tally:
-    """Sums over rays of the light that counts, by source: ``X`` is that of a ray relative to its emission.
+    """Sums over rays of the light that counts: ``X`` is that of a ray relative to its emission.
 
     Attributes
     ----------
-    rays : (n_sources,) float64
-        Rays traced, whether or not they count.
-    total, squares : (n_sources,) float64
+    rays : (n_sources, R) float64
+        Rays traced, whether or not they count, by source and replicate (`raymaps.criterion.replicates`).
+    total, squares : (n_sources, R) float64
         Sums of ``X`` and ``X²``.
     hits : int
         Rays that count.
@@ -67,9 +67,9 @@ class Tally:
     hits: int
 
     @staticmethod
-    def none(n_sources: int) -> Tally:
-        """No rays yet."""
-        return Tally(np.zeros(n_sources), np.zeros(n_sources), np.zeros(n_sources), 0)
+    def none(shape: tuple[int, ...]) -> Tally:
+        """No rays yet, of so many sources and replicates."""
+        return Tally(np.zeros(shape), np.zeros(shape), np.zeros(shape), 0)
 
     def __add__(self, other: Tally) -> Tally:
         return Tally(
@@ -83,7 +83,8 @@ class Tally:
 
     def flux(self, source_flux_w: Float, exact: NDArray[np.bool_]) -> tuple[float, float]:
         """Flux and its standard error, W; ``exact`` as in `estimate_flux`."""
-        flux_w, stderr_w = estimate_flux(source_flux_w, self.rays, self.total, self.squares, exact)
+        squares = effective_squares(self.rays, self.total, self.squares.sum(axis=1))
+        flux_w, stderr_w = estimate_flux(source_flux_w, self.rays.sum(axis=1), self.total.sum(axis=1), squares, exact)
         return float(flux_w), float(stderr_w)
 
     def relative_error(self, source_flux_w: Float, exact: NDArray[np.bool_]) -> float:

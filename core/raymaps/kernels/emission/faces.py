@@ -3,12 +3,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from raymaps.jit import kernel
 from raymaps.kernels.directions import lambertian
 from raymaps.kernels.emission.triangles import start
-from raymaps.kernels.random import ON_SURFACE, uniforms
+from raymaps.kernels.random import ON_SURFACE
+from raymaps.kernels.sampling import sample
 
 __all__ = ["run"]
 
@@ -20,6 +19,6 @@ def run(slots, wave, key, tables, exact, triangles, cumulated_area, corners):
         i = slots[k]
         start(i, wave, key, tables, exact, triangles, cumulated_area, corners)
         normal = wave.normal[i]
-        u, v, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), 0, ON_SURFACE)
+        u, v, _, _ = sample(key, i, 0, ON_SURFACE)
         dx, dy, dz = lambertian(normal[0], normal[1], normal[2], u, v)
         wave.direction[i, 0], wave.direction[i, 1], wave.direction[i, 2] = dx, dy, dz

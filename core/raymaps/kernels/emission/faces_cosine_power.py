@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from raymaps.jit import kernel
 from raymaps.kernels.directions import around
 from raymaps.kernels.emission.triangles import start
-from raymaps.kernels.random import ON_SURFACE, uniforms
+from raymaps.kernels.random import ON_SURFACE
+from raymaps.kernels.sampling import sample
 
 __all__ = ["run"]
 
@@ -25,7 +24,7 @@ def run(slots, wave, key, tables, exact, triangles, cumulated_area, corners, exp
         i = slots[k]
         start(i, wave, key, tables, exact, triangles, cumulated_area, corners)
         normal = wave.normal[i]
-        u, v, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), 0, ON_SURFACE)
+        u, v, _, _ = sample(key, i, 0, ON_SURFACE)
         below = -math.expm1(math.log1p(-u) / (exponent + 1.0))  # 1 - cos(theta); so narrow lobes keep their sines
         sin_theta = math.sqrt(below * (2.0 - below))
         dx, dy, dz = around(normal[0], normal[1], normal[2], 1.0 - below, sin_theta, 2.0 * math.pi * v)

@@ -11,7 +11,8 @@ from raymaps.jit import kernel
 from raymaps.kernels.directions import around
 from raymaps.kernels.emission.tabulated import angle_between, choose
 from raymaps.kernels.emission.triangles import start
-from raymaps.kernels.random import ON_SURFACE, uniforms
+from raymaps.kernels.random import ON_SURFACE
+from raymaps.kernels.sampling import sample
 
 __all__ = ["run"]
 
@@ -31,7 +32,7 @@ def run(slots, wave, key, tables, exact, triangles, cumulated_area, corners, ang
         ray = key.first_ray + np.uint64(i)
         start(i, wave, key, tables, exact, triangles, cumulated_area, corners)
         normal = wave.normal[i]
-        u, v, w, _ = uniforms(key.seed, ray, 0, ON_SURFACE)
+        u, v, w, _ = sample(key, i, 0, ON_SURFACE)
         c = choose(cumulated, u, w)
         theta = angle_between(angle_rad[c], angle_rad[c + 1], intensity[c], intensity[c + 1], key.seed, ray)
         dx, dy, dz = around(normal[0], normal[1], normal[2], math.cos(theta), math.sin(theta), 2.0 * math.pi * v)

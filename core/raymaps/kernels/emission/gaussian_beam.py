@@ -14,11 +14,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from raymaps.jit import kernel
 from raymaps.kernels.directions import around
-from raymaps.kernels.random import EMIT_PLACE, ON_SURFACE, uniforms
+from raymaps.kernels.random import EMIT_PLACE, ON_SURFACE
+from raymaps.kernels.sampling import sample
 
 __all__ = ["run"]
 
@@ -28,15 +27,14 @@ def run(slots, wave, key, position, axis, waist_radius, opening):
     """From the waist; ``opening`` is 1 - cos(divergence), 0 for a collimated beam."""
     for k in range(len(slots)):
         i = slots[k]
-        ray = key.first_ray + np.uint64(i)
-        u, v, _, _ = uniforms(key.seed, ray, 0, EMIT_PLACE)
+        u, v, _, _ = sample(key, i, 0, EMIT_PLACE)
         px, py, pz = around(axis[0], axis[1], axis[2], 0.0, 1.0, 2.0 * math.pi * v)
         from_center = waist_radius * math.sqrt(-0.5 * math.log1p(-u))
         wave.position[i, 0] = position[0] + from_center * px
         wave.position[i, 1] = position[1] + from_center * py
         wave.position[i, 2] = position[2] + from_center * pz
         below = 0.0  # 1 - cos(theta)
-        u, v, _, _ = uniforms(key.seed, ray, 0, ON_SURFACE)
+        u, v, _, _ = sample(key, i, 0, ON_SURFACE)
         if opening > 0.0:
             below = min(-0.5 * opening * math.log1p(u * math.expm1(-2.0 / opening)), 1.0)
         sin_theta = math.sqrt(below * (2.0 - below))

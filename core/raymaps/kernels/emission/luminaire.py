@@ -13,7 +13,8 @@ import numpy as np
 
 from raymaps.jit import kernel
 from raymaps.kernels.emission.tabulated import angle_between, choose
-from raymaps.kernels.random import ON_SURFACE, uniforms
+from raymaps.kernels.random import ON_SURFACE
+from raymaps.kernels.sampling import sample
 
 __all__ = ["run"]
 
@@ -36,7 +37,7 @@ def run(slots, wave, key, position, axes, c_rad, gamma_rad, intensity, cumulated
     for k in range(len(slots)):
         i = slots[k]
         ray = key.first_ray + np.uint64(i)
-        u, v, w, _ = uniforms(key.seed, ray, 0, ON_SURFACE)
+        u, v, w, _ = sample(key, i, 0, ON_SURFACE)
         cell = choose(cumulated, u, v)
         c, g = cell // n, cell % n
         low, high = intensity[c, g] + intensity[c + 1, g], intensity[c, g + 1] + intensity[c + 1, g + 1]

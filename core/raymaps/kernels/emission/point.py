@@ -5,11 +5,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from raymaps.jit import kernel
 from raymaps.kernels.directions import around
-from raymaps.kernels.random import ON_SURFACE, uniforms
+from raymaps.kernels.random import ON_SURFACE
+from raymaps.kernels.sampling import sample
 
 __all__ = ["run"]
 
@@ -19,7 +18,7 @@ def run(slots, wave, key, position, axis, opening):
     """From a point with constant intensity inside a cone; ``opening`` is 1 - cos(half angle), 2 for a sphere."""
     for k in range(len(slots)):
         i = slots[k]
-        u, v, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), 0, ON_SURFACE)
+        u, v, _, _ = sample(key, i, 0, ON_SURFACE)
         below = u * opening  # 1 - cos(theta); so narrow cones keep their sines
         sin_theta = math.sqrt(below * (2.0 - below))
         dx, dy, dz = around(axis[0], axis[1], axis[2], 1.0 - below, sin_theta, 2.0 * math.pi * v)

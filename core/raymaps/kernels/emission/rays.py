@@ -9,7 +9,8 @@ import numpy as np
 
 from raymaps.jit import kernel
 from raymaps.kernels.emission.tabulated import choose
-from raymaps.kernels.random import EMIT_PLACE, uniforms
+from raymaps.kernels.random import EMIT_PLACE
+from raymaps.kernels.sampling import sample
 
 __all__ = ["run"]
 
@@ -37,7 +38,7 @@ def run(slots, wave, key, position_mm, direction, cumulated, light_index, light,
     """
     for k in range(len(slots)):
         i = slots[k]
-        u, v, _, _ = uniforms(key.seed, key.first_ray + np.uint64(i), 0, EMIT_PLACE)
+        u, v, _, _ = sample(key, i, 0, EMIT_PLACE)
         r = choose(cumulated, u, v)
         px, py, pz = np.float64(position_mm[r, 0]), np.float64(position_mm[r, 1]), np.float64(position_mm[r, 2])
         dx, dy, dz = np.float64(direction[r, 0]), np.float64(direction[r, 1]), np.float64(direction[r, 2])

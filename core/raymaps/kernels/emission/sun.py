@@ -11,11 +11,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from raymaps.jit import kernel
 from raymaps.kernels.directions import around
-from raymaps.kernels.random import EMIT_PLACE, ON_SURFACE, uniforms
+from raymaps.kernels.random import EMIT_PLACE, ON_SURFACE
+from raymaps.kernels.sampling import sample
 
 __all__ = ["run"]
 
@@ -25,14 +24,13 @@ def run(slots, wave, key, position, axis, radius, sin_of_radius):
     """Through a disc; ``sin_of_radius`` is the sine of the far disc's angular radius."""
     for k in range(len(slots)):
         i = slots[k]
-        ray = key.first_ray + np.uint64(i)
-        u, v, _, _ = uniforms(key.seed, ray, 0, EMIT_PLACE)
+        u, v, _, _ = sample(key, i, 0, EMIT_PLACE)
         px, py, pz = around(axis[0], axis[1], axis[2], 0.0, 1.0, 2.0 * math.pi * v)
         from_center = radius * math.sqrt(u)
         wave.position[i, 0] = position[0] + from_center * px
         wave.position[i, 1] = position[1] + from_center * py
         wave.position[i, 2] = position[2] + from_center * pz
-        u, v, _, _ = uniforms(key.seed, ray, 0, ON_SURFACE)
+        u, v, _, _ = sample(key, i, 0, ON_SURFACE)
         sin_theta = sin_of_radius * math.sqrt(u)
         cos_theta = math.sqrt(1.0 - sin_theta * sin_theta)
         dx, dy, dz = around(axis[0], axis[1], axis[2], cos_theta, sin_theta, 2.0 * math.pi * v)

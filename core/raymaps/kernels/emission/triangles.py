@@ -9,7 +9,8 @@ import numpy as np
 
 from raymaps.jit import kernel
 from raymaps.kernels.exact import normal, settle
-from raymaps.kernels.random import EMIT_PLACE, uniforms
+from raymaps.kernels.random import EMIT_PLACE
+from raymaps.kernels.sampling import sample
 
 __all__ = ["start"]
 
@@ -24,7 +25,7 @@ def start(i, wave, key, tables, exact, triangles, cumulated_area, corners):
     cumulated_area : (n,) float64, ends at 1
     corners : (n, 3 corners, 3) float64
     """
-    u, v, w, _ = uniforms(key.seed, key.first_ray + np.uint64(i), 0, EMIT_PLACE)
+    u, v, w, _ = sample(key, i, 0, EMIT_PLACE)
     t = min(np.searchsorted(cumulated_area, u, side="right"), len(triangles) - 1)
     root = math.sqrt(v)  # uniform over a triangle: barycentric (1 - sqrt v, sqrt v (1 - w), sqrt v w)
     for a in range(3):
