@@ -33,6 +33,7 @@ class Boundary(NamedTuple):
     bend: NDArray[np.int8]  # (n_triangles, 4) edge between them: 1 convex, -1 concave, 0 smooth
     beside: NDArray[np.int32]  # (n_triangles, 3) triangle beyond each edge, of whatever face, -1 none
     inner: NDArray[np.bool_]  # (n_triangles,) no corner is at another face
+    sharp: NDArray[np.bool_]  # (n_triangles,) all faces at its corners are neighbours over edges that are not smooth
     near_start: NDArray[np.int32]  # (n_triangles + 1,) where the list of each triangle in the next column begins
     near: NDArray[np.int32]  # (n_near,) triangles so near that exact surfaces may have another order than facets
     exact: ExactTables
@@ -92,7 +93,7 @@ def lower_boundary(scene: Scene, meshes: tuple[BodyMesh, ...], names: Names, fra
     n_words = max(1, -(-len(solids.medium) // 64))
     tables = Boundary(
         corners, reach, solids.slack, edges.neighbour, edges.bend, edges.beside, edges.inner,
-        near.start, near.triangle, exact, solids.face_solid, solids.medium,
+        edges.sharp, near.start, near.triangle, exact, solids.face_solid, solids.medium,
         _bits(solids.medium >= 0, n_words), _bits(solids.reaches_far, n_words),
     )  # fmt: skip
     for array in (*tables, *exact):

@@ -75,13 +75,13 @@ def scene(tmp_path_factory):
 
 def tally(hits: NDArray[np.bool_]) -> Tally:
     n = float(hits.sum())
-    return Tally(np.array([float(len(hits))]), np.array([n]), np.array([n]), int(n))
+    return Tally(np.array([[float(len(hits))]]), np.array([[n]]), np.array([[n]]), int(n))
 
 
 def by_the_rule(hits: Callable, seed: int, error: float, index: int) -> Tally:
     """What `simulate` does, on hits alone."""
     other, size, done = pilot_seed(seed), FIRST_PILOT // GROUPS, 0
-    groups = [Tally.none(1)] * GROUPS
+    groups = [Tally.none((1, 1))] * GROUPS
     while sum(group.hits for group in groups) < pilot_hits(error):
         new = np.split(hits(other, index, done + GROUPS * size)[done:], GROUPS)
         groups = [group + tally(part) for group, part in zip(groups, new, strict=True)]
@@ -192,7 +192,7 @@ def test_the_rays_predicted_grow_with_the_square_of_the_target():
 
 
 def test_where_nothing_arrives_no_number_suffices_and_where_all_is_known_none_is_needed():
-    nothing = [Tally(np.array([64.0]), np.zeros(1), np.zeros(1), 0)] * GROUPS
+    nothing = [Tally(np.array([[64.0]]), np.zeros((1, 1)), np.zeros((1, 1)), 0)] * GROUPS
     assert rays_needed(nothing, 0.01, ONE_W, NOT_EXACT) == math.inf
     everything = [tally(np.ones(64, bool))] * GROUPS
     assert rays_needed(everything, 0.01, ONE_W, ~NOT_EXACT) == 0

@@ -275,3 +275,14 @@ def test_smooth_normals_are_exact_on_a_sphere_and_sharp_at_borders():
     assert np.allclose(normals[rod.triangle_face == 2], (0, 0, 1))
     flat = smooth_normals(rod, np.array([0]))
     assert np.allclose(flat[:, 0], rod.area_vectors_mm2 / np.linalg.norm(rod.area_vectors_mm2, axis=1)[:, None])
+
+
+def test_only_triangles_with_all_faces_around_them_over_sharp_edges_are_sharp():
+    def sharp(name):
+        return borders([BODIES[name].mesh], surfaces_of(BODIES[name])).sharp
+
+    assert sharp("boss").all()
+    pill = BODIES["pill"].mesh  # its ends go on smoothly into its side
+    at_seam = np.isclose(np.abs(np.hypot(*np.moveaxis(pill.corners_mm[..., :2], -1, 0))), 3).any(axis=1)
+    assert (sharp("pill") == ~at_seam).all()
+    assert 0 < at_seam.mean() < 1

@@ -68,13 +68,15 @@ class Borders(NamedTuple):
     A face that the triangle only touches with a corner stands in the fourth place, or in that of an edge that is no
     border: at the corners of a box a triangle meets four faces. ``beside`` (n_triangles, 3) int32 is the triangle
     beyond each edge, of whatever face, -1 where there is none or more than one. ``inner`` (n_triangles,) bool tells
-    whether no corner is at another face.
+    whether no corner is at another face, ``sharp`` (n_triangles,) bool whether all other faces at its corners are
+    neighbours over edges that are not smooth.
     """
 
     neighbour: NDArray[np.int32]
     bend: NDArray[np.int8]
     beside: NDArray[np.int32]
     inner: NDArray[np.bool_]
+    sharp: NDArray[np.bool_]
 
 
 class Places(NamedTuple):
@@ -156,7 +158,7 @@ def borders(meshes: Sequence[BodyMesh], surfaces: Sequence[ExactSurface | None])
         bend[here // 3, here % 3] = bends
         _add_corners(joined, here, there // 3, bends, neighbour, bend)
     inner = np.logical_not(of_border[joined.vertex].any(axis=1))
-    return Borders(neighbour, bend, beside, inner)
+    return Borders(neighbour, bend, beside, inner, _all_sharp(joined, neighbour, bend, inner))
 
 
 def _partners(joined: Joined) -> tuple[Index, Index]:
@@ -233,6 +235,26 @@ def _add_corners(
         free = (neighbour[triangle, slot] < 0) & (np.diff(triangle, prepend=-1) != 0)
         neighbour[triangle[free], slot], bend[triangle[free], slot] = beyond[row[free]], bent[row[free]]
         row, triangle = row[~free], triangle[~free]
+
+
+def _all_sharp(
+    joined: Joined, neighbour: NDArray[np.int32], bend: NDArray[np.int8], inner: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Whether all other faces at the corners of each triangle are neighbours over sharp edges, (n_triangles,)."""
+    n_faces, rows = int(joined.face.max(initial=-1)) + 1, np.flatnonzero(~inner)
+    vertex, face = np.divmod(np.unique((joined.vertex * n_faces + joined.face[:, None]).reshape(-1)), max(n_faces, 1))
+    corner = joined.vertex[rows].reshape(-1)
+    first = np.searchsorted(vertex, corner)
+    counts = np.searchsorted(vertex, corner, "right") - first
+    of_row = np.repeat(np.arange(len(corner)) // 3, counts)
+    at = np.repeat(first - (np.cumsum(counts) - counts), counts) + np.arange(len(of_row))
+    there = np.unique(of_row * n_faces + face[at])
+    told = np.where(bend[rows] != 0, joined.face[neighbour[rows]], joined.face[rows, None])
+    told = np.column_stack([joined.face[rows], told]) + np.arange(len(rows))[:, None] * n_faces
+    untold = there[~np.isin(there, told)] // max(n_faces, 1)
+    sharp = np.ones(len(joined.face), bool)
+    sharp[rows[untold]] = False
+    return sharp
 
 
 def runs_of_faces(face: Index) -> Iterator[tuple[int, Index]]:

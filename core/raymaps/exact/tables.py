@@ -42,7 +42,9 @@ Array = NDArray[np.float64]
 
 #: Surfaces that differ by less, in units of the scene, are one.
 SAME = 1e-9
-N_NUMBERS = 16
+N_NUMBERS, N_SHEET = 16, 11
+#: Weights that differ by less from each other are equal.
+ROUNDING = 1e-15
 #: Surfaces of revolution that reach farther from their axis, in units of the scene, stay patches: their radii would
 #: have fewer digits than places of the scene.
 FAR_FROM_AXIS = 8.0
@@ -65,14 +67,16 @@ class ExactTables(NamedTuple):
     outward: NDArray[np.float64]  # (n_faces,) outward normal of the body = outward * own normal of the surface
     kind: NDArray[np.uint8]  # (n_exact,) ExactKind
     number: NDArray[np.float64]  # (n_exact, 16) see above
-    sheet: NDArray[np.int32]  # (n_exact, 10) of B-splines: first patch, numbers of patches along u and v, degrees of u
-    # and v, first breaks of u and v, first coefficient, whether it wraps along u and v
+    sheet: NDArray[np.int32]  # (n_exact, 11) of B-splines: first patch, numbers of patches along u and v, degrees of u
+    # and v, first breaks of u and v, first coefficient, whether it wraps along u and v, whether weights differ
     breaks: NDArray[np.float64]  # (n_breaks,) parameters at the borders of patches, from 0
     patch: NDArray[np.float64]  # (n_patches, 7) centre; reference and one over the width of its parameters u, v
     coefficient: NDArray[np.float64]  # (n_coefficients, 4) w (x, y, z) from the centre and w, u slowest
     guess_row: NDArray[np.int32]  # (n_triangles,) row of a B-spline's triangle, -1 none
     guess_uv: NDArray[np.float64]  # (n_rows, 3 corners, 2) parameters of the corners
-    guess_corner: NDArray[np.float64]  # (n_rows, 3 corners, 3) of the bounding mesh
+    guess_sides: NDArray[np.float64]  # (n_rows, 3, 3) first corner, and vectors whose dot product with the way from it
+    # to a point of the triangle is the point's share of the side to the second and to the third corner
+    guess_longest: NDArray[np.float64]  # (n_rows,) longest side
 
 
 def lower_exact(meshes: Sequence[BodyMesh], found: ExactFaces, frame: Frame, bounding_corners: Array) -> ExactTables:
@@ -141,16 +145,20 @@ class _Sheets:
             ways = list(zip(form.breaks, form.reference, form.width, strict=True))
             self._add(self._frame.to_units(form.center), form.coefficient.copy(), ways, form.wraps)
         else:
-            self._sheet.append([0] * 10)
+            self._sheet.append([0] * N_SHEET)
 
     def _add(self, center: Array, terms: Array, ways: Sequence[tuple[Array, ...]], wraps: tuple[bool, bool]) -> None:
         """Centres (n_u, n_v, 3) in frame units, coefficients in mm; breaks, references and widths along u and v."""
         (breaks_u, reference_u, width_u), (breaks_v, reference_v, width_v) = ways
         n_u, n_v, *orders = terms.shape[:4]
+        constant = terms[:, :, :1, :1, 3:]
+        is_rational = bool((np.abs(terms[..., 3:]).sum(axis=(2, 3)) > constant[:, :, 0, 0] * (1 + ROUNDING)).any())
+        if not is_rational:
+            terms /= constant
         first = len(self._breaks)
         starts = [first, first + n_u + 1, len(self._coefficient)]
         self._sheet.append(
-            [len(self._patch), n_u, n_v, orders[0] - 1, orders[1] - 1, *starts, *(int(wrap) for wrap in wraps)]
+            [len(self._patch), n_u, n_v, orders[0] - 1, orders[1] - 1, *starts, *map(int, (*wraps, is_rational))]
         )
         patch = np.zeros((n_u, n_v, 7))
         patch[..., :3] = center
@@ -164,7 +172,7 @@ class _Sheets:
     def arrays(self) -> dict[str, NDArray[Any]]:
         """By the names of `ExactTables`."""
         return {
-            "sheet": np.array(self._sheet, np.int32).reshape(-1, 10),
+            "sheet": np.array(self._sheet, np.int32).reshape(-1, N_SHEET),
             "breaks": self._breaks,
             "patch": self._patch,
             "coefficient": self._coefficient,
@@ -196,7 +204,20 @@ def _guesses(
     return {
         "guess_row": row,
         "guess_uv": np.concatenate(parameters),
-        "guess_corner": np.ascontiguousarray(frame.to_units(bounding_corners[on]).reshape(-1, 3, 3)),
+        **_sides(frame.to_units(bounding_corners[on]).reshape(-1, 3, 3)),
+    }
+
+
+def _sides(corners: Array) -> dict[str, NDArray[Any]]:
+    """Of triangles, (n, 3 corners, 3); those without an area have no shares."""
+    first, side = corners[:, :1], corners[:, 1:] - corners[:, :1]
+    square = np.einsum("nij,nkj->nik", side, side)
+    determinant = square[:, 0, 0] * square[:, 1, 1] - square[:, 0, 1] ** 2
+    other = np.stack([square[:, 1, 1], -square[:, 0, 1], -square[:, 0, 1], square[:, 0, 0]], axis=1).reshape(-1, 2, 2)
+    inverse = other / np.where(determinant > 0, determinant, np.inf)[:, None, None]
+    return {
+        "guess_sides": np.concatenate([first, inverse @ side], axis=1),
+        "guess_longest": np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1, initial=0.0),
     }
 
 

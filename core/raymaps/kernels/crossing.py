@@ -137,7 +137,7 @@ def over_face(i, triangle, guess, way, wave, tables, boundary):
             s, sx, sy, sz = _with_face(i, triangle, t, way, wave, tables, boundary)
             is_met = True
             if before < 0:
-                aside = boundary.reach[triangle] if boundary.inner[triangle] else 0.0
+                aside = boundary.reach[triangle] if boundary.sharp[triangle] else 0.0
                 if not abs(s - guess) > AT_EDGE + GRAZING_SECANT * aside:
                     return s, sx, sy, sz, triangle
             elif not _is_past_edge(i, before, edge, s, nx, ny, nz, wave, boundary) and abs(s - t) > ROUNDING:

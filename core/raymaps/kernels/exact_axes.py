@@ -29,24 +29,22 @@ def from_axes(number, x, y, z):
 
 
 @inlined_kernel
-def shares(corner, x, y, z):
-    """Shares f, g of the two sides at a triangle's first corner in the point of it next to (x, y, z), or a bit past."""
-    ax, ay, az = corner[1, 0] - corner[0, 0], corner[1, 1] - corner[0, 1], corner[1, 2] - corner[0, 2]
-    bx, by, bz = corner[2, 0] - corner[0, 0], corner[2, 1] - corner[0, 1], corner[2, 2] - corner[0, 2]
-    qx, qy, qz = x - corner[0, 0], y - corner[0, 1], z - corner[0, 2]
-    aa, ab, bb = ax * ax + ay * ay + az * az, ax * bx + ay * by + az * bz, bx * bx + by * by + bz * bz
-    qa, qb = qx * ax + qy * ay + qz * az, qx * bx + qy * by + qz * bz
-    determinant = aa * bb - ab * ab
-    if not determinant > 0.0:
-        return 0.0, 0.0
-    f = min(max((qa * bb - qb * ab) / determinant, -0.5), 1.5)
-    g = min(max((qb * aa - qa * ab) / determinant, -0.5), 1.5)
-    return f, g
+def shares(sides, x, y, z):
+    """Shares f, g of the two sides at a triangle's first corner in the point of it next to (x, y, z), or a bit past.
+
+    ``sides`` are a row of `ExactTables.guess_sides`.
+    """
+    qx, qy, qz = x - sides[0, 0], y - sides[0, 1], z - sides[0, 2]
+    f = qx * sides[1, 0] + qy * sides[1, 1] + qz * sides[1, 2]
+    g = qx * sides[2, 0] + qy * sides[2, 1] + qz * sides[2, 2]
+    return min(max(f, -0.5), 1.5), min(max(g, -0.5), 1.5)
 
 
 @inlined_kernel
 def interval(breaks, first, n, x):
     """Which of n intervals between breaks holds x, the outer ones what is past them; breaks are about even."""
+    if n == 1:
+        return 0
     begin, end = breaks[first], breaks[first + n]
     k = min(max(int((x - begin) / (end - begin) * n), 0), n - 1)
     while k > 0 and x < breaks[first + k]:

@@ -108,7 +108,7 @@ def _guess(exact, surface, triangle, x, y, z):
     row = _row(exact, triangle)
     if row < 0:
         return _nearest_patch(exact, surface, x, y, z)
-    f, g = shares(exact.guess_corner[row], x, y, z)
+    f, g = shares(exact.guess_sides[row], x, y, z)
     uv = exact.guess_uv[row]
     u = uv[0, 0] + f * (uv[1, 0] - uv[0, 0]) + g * (uv[2, 0] - uv[0, 0])
     v = uv[0, 1] + f * (uv[1, 1] - uv[0, 1]) + g * (uv[2, 1] - uv[0, 1])

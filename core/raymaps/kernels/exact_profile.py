@@ -47,6 +47,13 @@ def profile(exact, surface, v):
     first = sheet[7] + j * n
     b = (v - own[4]) * own[6]
     r, z, w, ra, za, wa, rb, zb, wb = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    if sheet[10] == 0:  # a polynomial
+        for k in range(n - 1, -1, -1):
+            c = exact.coefficient[first + k]
+            rb, zb = rb * b + ra, zb * b + za
+            ra, za = ra * b + r, za * b + z
+            r, z = r * b + c[0], z * b + c[2]
+        return own[0] + r, own[2] + z, ra, za, 2.0 * rb, 2.0 * zb, own[6]
     for k in range(n - 1, -1, -1):
         c = exact.coefficient[first + k]
         rb, zb, wb = rb * b + ra, zb * b + za, wb * b + wa
@@ -91,7 +98,7 @@ def guess_profile(exact, surface, triangle, x, y, z, radius, height):
     row = exact.guess_row[triangle] if triangle >= 0 else -1
     if row < 0:
         return nearest_sample(exact, surface, radius, height)
-    f, g = shares(exact.guess_corner[row], x, y, z)
+    f, g = shares(exact.guess_sides[row], x, y, z)
     uv = exact.guess_uv[row]
     return within(exact, surface, uv[0, 1] + f * (uv[1, 1] - uv[0, 1]) + g * (uv[2, 1] - uv[0, 1]))
 

@@ -27,7 +27,7 @@ __all__ = ["height_over_revolution", "meet_revolution", "normal_of_revolution", 
 
 _MAX_STEPS, _MAX_CHORD_STEPS = 12, 30
 #: Squares of steps, of the piece's parameter and across the axis over the radius, below which the next is rounding.
-_LAST_SQUARE = 1e-17
+_LAST_SQUARE = 1e-13
 #: Distance of a point of the surface from the line that may be rounding; a step must lessen it by more than this share.
 _ROUNDING, _STALLED = 2e-14, 0.25
 #: Crossings nearer to where a line stands than this are chords; those that Newton finds nearer are where it stands.

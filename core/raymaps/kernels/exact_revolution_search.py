@@ -70,13 +70,7 @@ def search_profile(exact, surface, triangle, guess, towards, least, qx, qy, qz, 
 def reach(exact, triangle):
     """How far from the guess a crossing near a triangle may be."""
     row = exact.guess_row[triangle] if triangle >= 0 else -1
-    if row < 0:
-        return math.inf
-    corner, square = exact.guess_corner[row], 0.0
-    for i in range(3):
-        x, y, z = corner[i, 0] - corner[i - 1, 0], corner[i, 1] - corner[i - 1, 1], corner[i, 2] - corner[i - 1, 2]
-        square = max(square, x * x + y * y + z * z)
-    return _REACH * math.sqrt(square)
+    return _REACH * exact.guess_longest[row] if row >= 0 else math.inf
 
 
 @inlined_kernel

@@ -75,8 +75,10 @@ def start(rays, wave, tables, boundary, advance, origin, direction):
                 steep = side * along(wave, i, plane)
                 if height > -START_OFFSET:
                     shift = START_OFFSET * side
-                elif steep > STEEP_COSINE and boundary.inner[triangle]:
-                    advance[k] = max(advance[k], -height / steep + START_OFFSET)
+                elif steep > STEEP_COSINE:
+                    ahead = START_OFFSET - height / steep
+                    if _is_apart(i, triangle, ahead, wave, tables, boundary):
+                        advance[k] = max(advance[k], ahead)
         elif advance[k] == 0.0:
             advance[k] = -2.0 * START_OFFSET
         for axis in range(3):
@@ -188,6 +190,20 @@ def _near(standing, hit, k, boundary):
     return (
         boundary.near[boundary.near_start[standing] + k] if k < n else boundary.near[boundary.near_start[hit] + k - n]
     )
+
+
+@inlined_kernel
+def _is_apart(i, triangle, distance, wave, tables, boundary):
+    """Whether ray i, standing on a triangle, is further than twice a distance from all faces next to it."""
+    if not boundary.sharp[triangle]:
+        return False
+    for place in range(boundary.neighbour.shape[1]):
+        if boundary.bend[triangle, place] != 0:
+            other = boundary.neighbour[triangle, place]
+            height = height_above(tables.plane[other], wave.position[i])
+            if abs(height) < 2.0 * (distance + around(other, boundary)):
+                return False
+    return True
 
 
 @inlined_kernel
