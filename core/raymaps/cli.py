@@ -368,15 +368,15 @@ def accuracy(
     """What accuracy costs in time: by sampling, surfaces and bands, from short runs that are thrown away."""
     aim = flux_asked(target, four(target_rect, "--target-rect"), four(target_ellipse, "--target-ellipse"),
                        target_where)  # fmt: skip
-    from raymaps.accuracy import forecast
+    from raymaps.accuracy import check_plot, forecast, plot
 
+    if output is not None:
+        check_plot(output)
     stop = threading.Event()
     _stop_on_signals(stop)
     tell = (lambda text: print(text, file=sys.stderr)) if sys.stderr.isatty() else None
     found = forecast(what, aim, seconds=seconds, threads=threads, on_note=tell, stop=stop)
     if output is not None:
-        from raymaps.accuracy.plot import plot
-
         plot(found, output)
     _print_json(found.to_dict()) if as_json else _say(found.to_text())
     if output is not None and not as_json:

@@ -4,6 +4,17 @@
 from raymaps.accuracy.choices import Choice, choices
 from raymaps.accuracy.outlook import ERRORS_PERCENT, Law, Outlook, Outlooks, Present
 from raymaps.accuracy.pilot import forecast
-from raymaps.accuracy.plot import plot
+from raymaps.accuracy.plot import check_plot, plot
 
-__all__ = ["ERRORS_PERCENT", "Choice", "Law", "Outlook", "Outlooks", "Present", "choices", "forecast", "plot"]
+__all__ = [
+    "ERRORS_PERCENT",
+    "Choice",
+    "Law",
+    "Outlook",
+    "Outlooks",
+    "Present",
+    "check_plot",
+    "choices",
+    "forecast",
+    "plot",
+]

@@ -15,7 +15,7 @@ from raymaps.results.files import check_suffix, new_file
 from raymaps.results.picture_parts import FRAME, INK, LOOK
 from raymaps.units import format_duration
 
-__all__ = ["plot"]
+__all__ = ["check_plot", "plot"]
 
 #: Blue, orange, green, red, violet, grey, brown, teal.
 _COLOURS = ("#0b62a4", "#d9730d", "#2d8a4e", "#b3261e", "#7a4fa3", "#5f6670", "#8a5a2b", "#1b8a8f")
@@ -23,6 +23,11 @@ _MOST_PERCENT, _LEAST_PERCENT = 20.0, 0.01
 _SHORTEST_S, _LONGEST_S = 1e-3, 1e6
 
 Float = NDArray[np.float64]
+
+
+def check_plot(output: str | Path) -> None:
+    """Raise `OutputError` if a plot can't have this name."""
+    check_suffix(output, (".png",), "The plot")
 
 
 def plot(outlooks: Outlooks, output: str | Path) -> Path:
@@ -33,7 +38,7 @@ def plot(outlooks: Outlooks, output: str | Path) -> Path:
     MissingPackageError, OutputError
         If matplotlib is not installed, or the file can't be written.
     """
-    check_suffix(output, (".png",), "The plot")
+    check_plot(output)
     try:
         from matplotlib import rc_context
         from matplotlib.figure import Figure
