@@ -15,7 +15,10 @@ from tests.physics.sequential import LensFace
 from tests.store.small_scenes import lamp_in_a_room, write_scene
 
 
-def outlook(words="a", noise=Law(1.0, 0.5), bias=None, bias_stderr=None, ray_s=1e-6, is_even=False):
+PLAIN = Law(1.0, 0.5)
+
+
+def outlook(words="a", noise=PLAIN, bias=None, bias_stderr=None, ray_s=1e-6, is_even=False):
     return Outlook(words, words == "a", 1000, 1.0, 0.01, noise, bias, bias_stderr, 2.0, ray_s, is_even)
 
 
