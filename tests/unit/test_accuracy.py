@@ -14,7 +14,6 @@ from tests.physics.lenses import Lens, write_lenses
 from tests.physics.sequential import LensFace
 from tests.store.small_scenes import lamp_in_a_room, write_scene
 
-
 PLAIN = Law(1.0, 0.5)
 
 
