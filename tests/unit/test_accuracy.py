@@ -109,6 +109,6 @@ def test_choices_of_a_lens_with_a_spectrum(tmp_path):
     ]  # fmt: skip
     assert [one.is_scene for one in found] == [True] + 7 * [False]
     assert [one.is_finest for one in found] == 7 * [False] + [True]
-    assert [one.bias_of for one in found] == [0, 0, 2, 3, 4, 5, 6, 7]
+    assert [one.has_own_bias for one in found] == [True, False, *6 * [True]]
     faceted = choices(scene(surfaces="faceted"), compile_scene(scene(surfaces="faceted")))
     assert [one.words for one in faceted if one.is_finest] == ["exact, 64 bands, random"]  # the two of all changes

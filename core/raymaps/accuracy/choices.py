@@ -6,17 +6,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
 from raymaps.scene import Scene, Settings
 
 if TYPE_CHECKING:
     from raymaps.compile import CompiledScene
 
-__all__ = ["Choice", "choices"]
+__all__ = ["Choice", "choices", "shared_by_need"]
 
 #: Bands beside the scene's own, as shares of them; the most bands stand for the truth.
 SHARES = (0.125, 0.25, 0.5, 2.0)
 FEWEST_BANDS, MOST_BANDS = 2, 1000
 SAMPLING = {"random": "random", "sobol": "Sobol'"}
+#: No source has less than this share of the rays, or what was not seen of it would never be.
+LEAST_SHARE = 0.02
 
 
 @dataclass(frozen=True)
@@ -32,15 +37,18 @@ class Choice:
         Whether these are the scene's own settings.
     is_finest : bool
         Whether the others leave a bias against it: exact surfaces, where there are any, and the most bands.
-    bias_of : int
-        Index of the choice that has the same bias, as it differs in its sampling alone; its own otherwise.
+    has_own_bias : bool
+        Whether something else is simulated; if not, other rays of the scene as it is.
+    ray_share : dict or None
+        The sources' shares of the rays, where these are chosen.
     """
 
     words: str
     scene: Scene
     is_scene: bool
     is_finest: bool
-    bias_of: int
+    has_own_bias: bool
+    ray_share: dict[str, float] | None = None
 
 
 def choices(scene: Scene, compiled: CompiledScene) -> tuple[Choice, ...]:
@@ -71,7 +79,7 @@ def choices(scene: Scene, compiled: CompiledScene) -> tuple[Choice, ...]:
     return tuple(
         Choice(
             words(settings), scene.model_copy(update={"settings": settings}), i == 0, settings == finest,
-            0 if settings.sampling != own.sampling else i,
+            settings.sampling == own.sampling,
         )
         for i, settings in enumerate(given)
     )  # fmt: skip
@@ -79,3 +87,25 @@ def choices(scene: Scene, compiled: CompiledScene) -> tuple[Choice, ...]:
 
 def _with_bands(settings: Settings, n: int) -> Settings:
     return settings.model_copy(update={"spectrum": settings.spectrum.model_copy(update={"bands": n})})
+
+
+def shared_by_need(choice: Choice, need: NDArray[np.float64]) -> Choice:
+    """The same with rays shared by what each source adds to the error.
+
+    With n rays a source's variance is ``need² / n``: its flux times the spread of its rays' light. The sum over sources
+    is least where their rays are as their needs (Neyman's allocation).
+
+    Parameters
+    ----------
+    choice : Choice
+    need : (n_sources,) float64
+    """
+    share = np.maximum(need / need.sum(), LEAST_SHARE)
+    of_source = {name: float(value) for name, value in zip(choice.scene.sources, share / share.sum(), strict=True)}
+    sources = {
+        name: source.model_copy(update={"ray_share": of_source[name]}) for name, source in choice.scene.sources.items()
+    }
+    return Choice(
+        f"{choice.words}, rays by need", choice.scene.model_copy(update={"sources": sources}), False, False,
+        False, of_source,
+    )  # fmt: skip

@@ -64,6 +64,8 @@ class Outlook:
         Relative to the flux of the finest choice, from the same rays; None of the finest itself.
     start_s, ray_s : float
         Time before the first ray, and of a ray, in all threads together.
+    ray_share : dict or None
+        The sources' shares of the rays, where they are not as the scene says.
     is_even : bool
         Whether rays are points of a sequence, which are most even in powers of two: then only these are foretold.
     """
@@ -79,6 +81,7 @@ class Outlook:
     start_s: float
     ray_s: float
     is_even: bool = False
+    ray_share: dict[str, float] | None = None
 
     @property
     def least_error(self) -> float:
@@ -112,6 +115,7 @@ class Outlook:
         return {
             "choice": self.words,
             "scene": self.is_scene,
+            "ray_share": self.ray_share,
             "pilot_rays": self.pilot_rays,
             "flux_w": self.flux_w,
             "flux_stderr_w": self.flux_stderr_w,
@@ -200,6 +204,10 @@ class Outlooks:
         told = "; ".join(f"{head}: {one.words}" for head, one in best if one is not None)
         if told:
             lines.append(f"Cheapest   {told}")
+        for one in self.of:
+            if one.ray_share is not None:
+                shares = ", ".join(f"{name} {share:.2f}" for name, share in one.ray_share.items())
+                lines.append(f"By need    ray_share {shares}")
         if self.present is not None:
             error = self._present()
             known = "nothing arrived" if error is None else f"{error:.2g} %"

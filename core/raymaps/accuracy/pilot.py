@@ -13,8 +13,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from raymaps.accuracy.choices import Choice, choices
+from raymaps.accuracy.choices import Choice, choices, shared_by_need
 from raymaps.accuracy.outlook import Law, Outlook, Outlooks, Present
 from raymaps.compile import CompiledScene, compile_scene
 from raymaps.jit import kept_machine_code
@@ -33,8 +34,13 @@ GROUPS, FIRST_SIZE = 16, 64
 WARM_ROUNDS = 1
 #: Last rounds whose pieces are fitted, and last ones that are fitted as a whole; the exponents that there may be.
 PIECES, ROUNDS, EXPONENTS = 2, 3, (0.5, 1.5)
+#: Sharing rays by need is a choice where it saves so many of them.
+SAVED = 0.05
 #: Rays that a piece has at most.
 LARGEST_PIECE = 65_536
+
+
+Float = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -104,6 +110,17 @@ class _Trial:
         rays, seconds = sum(GROUPS * one.size for one in last), sum(one.seconds - of_piece for one in last)
         return seconds / rays if seconds > 0 else last[-1].seconds / (GROUPS * last[-1].size)
 
+    def need(self) -> Float | None:
+        """What sources add to the error, see `shared_by_need`; None where shares as they are do nearly as well."""
+        total, flux_w = self.total, self.raymap.source_flux_w
+        rays, light, squares = (values.sum(axis=1) for values in (total.rays, total.total, total.squares))
+        spread = np.maximum(squares / rays - (light / rays) ** 2, 0.0)
+        need = np.asarray(flux_w * np.sqrt(np.where(self.quantity.exact, 0.0, spread)))
+        if not need.sum() > 0 or len(need) < 2:
+            return None
+        as_it_is = float(np.sum(need**2 / rays) * rays.sum())
+        return need if need.sum() ** 2 < (1 - SAVED) * as_it_is else None
+
     def noise(self) -> Law | None:
         """How the error falls with the number of rays."""
         flux_w, exact, total = self.raymap.source_flux_w, self.quantity.exact, self.total
@@ -166,7 +183,7 @@ def forecast(
     scene = raymap.scene if raymap is not None else what if isinstance(what, Scene) else load_scene(what)
     compiled = compile_scene(scene)
     check_target(target, compiled.names, scene.detectors)
-    given = choices(scene, compiled)
+    given = list(choices(scene, compiled))
     trials: list[_Trial] = []
     chosen, loading_s = 0, 0.0
     with tempfile.TemporaryDirectory(prefix="raymaps-accuracy-") as folder:
@@ -181,6 +198,8 @@ def forecast(
             trial.quantity = candidates[chosen]
             while trial.can_grow(seconds / len(given)):
                 trial.run()
+            if not trials and (need := trial.need()) is not None:
+                given.insert(2, shared_by_need(choice, need))
             trials.append(trial)
         found = tuple(_outlook(trial, trials, loading_s) for trial in trials)
         present = None if raymap is None else _present(raymap, quantities(raymap, target)[chosen])
@@ -214,11 +233,12 @@ def _outlook(trial: _Trial, trials: list[_Trial], loading_s: float) -> Outlook:
     total = trial.total
     flux_w, stderr_w = total.flux(trial.raymap.source_flux_w, trial.quantity.exact)
     finest = next(one for one in trials if one.choice.is_finest)
-    like = trials[trial.choice.bias_of]
+    like = trial if trial.choice.has_own_bias else trials[0]
     bias, bias_stderr = (None, None) if like is finest else _bias(like, finest)
     return Outlook(
         trial.choice.words, trial.choice.is_scene, total.n_rays, flux_w, stderr_w, trial.noise(), bias, bias_stderr,
         max(trial.start_s, trials[0].start_s) + loading_s, trial.ray_s(), trial.is_even,
+        trial.choice.ray_share,
     )  # fmt: skip
 
 
