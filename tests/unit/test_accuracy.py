@@ -70,13 +70,16 @@ def test_nothing_arrived():
 
 def test_the_cheapest_choice_depends_on_the_error():
     biased = outlook("quick", bias=0.02, bias_stderr=0.001, ray_s=1e-8)
-    found = Outlooks("it", 2, 3.0, (outlook(), biased), Present(500, 0.044))
-    assert found.cheapest(0.1).words == "quick"
+    found = Outlooks("it", 2, 3.0, (outlook(noise=Law(300.0, 0.5)), biased), Present(500, 0.044))
+    assert found.cheapest(0.1).words == "quick"  # 11 s in place of 2 s
+    assert found.cheapest(0.003).words == "a"
     assert found.cheapest(0.01).words == "a"
     assert Outlooks("it", 2, 3.0, (biased,)).cheapest(0.001) is None
     told = found.to_dict()
     assert told["choices"][1]["time_s"] == {"10": pytest.approx(2.00001, abs=1e-5), "1": None, "0.1": None}
     assert told["cheapest"] == {"10": "quick", "1": "a", "0.1": "a"}
+    even = Outlooks("it", 2, 3.0, (outlook(), outlook("b", ray_s=0.99e-6)))
+    assert even.cheapest(0.001).words == "a"  # the scene's own: the other saves too little
     assert told["map"] == {"rays": 500, "error_percent": pytest.approx(4.4)}
     text = found.to_text()
     assert "never" in text

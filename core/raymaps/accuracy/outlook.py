@@ -22,6 +22,8 @@ __all__ = ["ERRORS_PERCENT", "Law", "Outlook", "Outlooks", "Present"]
 ERRORS_PERCENT = (10.0, 1.0, 0.1)
 #: A bias below so many of its standard errors may be none.
 SEEN = 2.0
+#: A choice that saves less time than this is not worth it.
+WORTH_IT = 1.05
 #: No run has fewer rays.
 FEWEST_RAYS = 1000
 
@@ -162,9 +164,12 @@ class Outlooks:
     present: Present | None = None
 
     def cheapest(self, error: float) -> Outlook | None:
-        """The choice that reaches a relative error first."""
-        times = [(time, i) for i, one in enumerate(self.of) if (time := one.time_s(error)) is not None]
-        return self.of[min(times)[1]] if times else None
+        """The choice that reaches a relative error first; the scene's own where others save next to nothing."""
+        times = [math.inf if (time := one.time_s(error)) is None else time for one in self.of]
+        least = min(times)
+        if math.isinf(least):
+            return None
+        return self.of[0] if times[0] <= WORTH_IT * least else self.of[times.index(least)]
 
     def to_dict(self) -> dict[str, Any]:
         """As the command line prints it."""
