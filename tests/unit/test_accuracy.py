@@ -93,7 +93,7 @@ def words_of(scene):
 
 def test_choices_of_a_plain_scene(tmp_path):
     scene = load_scene(write_scene(tmp_path, lamp_in_a_room(tmp_path)))
-    assert words_of(scene) == ["random", "Sobol'"]
+    assert words_of(scene) == ["random", "Sobol'", "random, losses drawn"]
 
 
 def test_choices_of_a_lens_with_a_spectrum(tmp_path):
@@ -107,11 +107,11 @@ def test_choices_of_a_lens_with_a_spectrum(tmp_path):
 
     found = choices(scene(), compile_scene(scene()))
     assert [one.words for one in found] == [
-        "exact, 32 bands, random", "exact, 32 bands, Sobol'", "faceted, 32 bands, random", "exact, RGB, random",
+        "exact, 32 bands, random", "exact, 32 bands, Sobol'", "exact, 32 bands, random, losses drawn", "faceted, 32 bands, random", "exact, RGB, random",
         "exact, 4 bands, random", "exact, 8 bands, random", "exact, 16 bands, random", "exact, 64 bands, random",
     ]  # fmt: skip
-    assert [one.is_scene for one in found] == [True] + 7 * [False]
-    assert [one.is_finest for one in found] == 7 * [False] + [True]
-    assert [one.has_own_bias for one in found] == [True, False, *6 * [True]]
+    assert [one.is_scene for one in found] == [True] + 8 * [False]
+    assert [one.is_finest for one in found] == 8 * [False] + [True]
+    assert [one.has_own_bias for one in found] == [True, False, False, *6 * [True]]
     faceted = choices(scene(surfaces="faceted"), compile_scene(scene(surfaces="faceted")))
     assert [one.words for one in faceted if one.is_finest] == ["exact, 64 bands, random"]  # the two of all changes

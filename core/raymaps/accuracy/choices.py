@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What can be chosen of a scene's simulation that changes its accuracy and its time: sampling, surfaces, bands."""
+"""What can be chosen of a scene's simulation that changes its accuracy and its time: rays, surfaces, bands."""
 
 from __future__ import annotations
 
@@ -20,6 +20,8 @@ __all__ = ["Choice", "choices", "shared_by_need"]
 SHARES = (0.125, 0.25, 0.5, 2.0)
 FEWEST_BANDS, MOST_BANDS = 2, 1000
 SAMPLING = {"random": "random", "sobol": "Sobol'"}
+#: Roulette thresholds at which all losses on surfaces are drawn, and at which most make rays weaker.
+DRAWN, WEIGHED = 1.0, 0.1
 #: No source has less than this share of the rays, or what was not seen of it would never be.
 LEAST_SHARE = 0.02
 
@@ -52,7 +54,7 @@ class Choice:
 
 
 def choices(scene: Scene, compiled: CompiledScene) -> tuple[Choice, ...]:
-    """The scene as it is, with the other sampling, with the other surfaces, with other bands; one changed at a time.
+    """The scene as it is, with other sampling, losses, surfaces, bands; one changed at a time.
 
     Surfaces can be chosen where faces have exact ones, bands where the scene calls for spectra.
     """
@@ -60,6 +62,7 @@ def choices(scene: Scene, compiled: CompiledScene) -> tuple[Choice, ...]:
     has_exact = own.surfaces == "faceted" or bool((compiled.boundary.tables.exact.face >= 0).any())
     finest = own.model_copy(update={"surfaces": "exact"}) if has_exact else own
     given = [own, own.model_copy(update={"sampling": "random" if own.sampling == "sobol" else "sobol"})]
+    given.append(own.model_copy(update={"roulette_threshold": DRAWN if own.roulette_threshold < DRAWN else WEIGHED}))
     if has_exact:
         given.append(own.model_copy(update={"surfaces": "faceted" if own.surfaces == "exact" else "exact"}))
     if compiled.bands.is_spectral:
@@ -74,12 +77,19 @@ def choices(scene: Scene, compiled: CompiledScene) -> tuple[Choice, ...]:
         parts: list[str] = [settings.surfaces] if has_exact else []
         if compiled.bands.is_spectral:
             parts.append("RGB" if "spectral" in settings.without else f"{settings.spectrum.bands} bands")
-        return ", ".join([*parts, SAMPLING[settings.sampling]])
+        parts.append(SAMPLING[settings.sampling])
+        if settings.roulette_threshold != own.roulette_threshold:
+            parts.append("losses drawn" if settings.roulette_threshold == DRAWN else "losses weighed")
+        return ", ".join(parts)
+
+    def light(settings: Settings) -> Settings:
+        """Settings that decide what is simulated, not how."""
+        return settings.model_copy(update={"sampling": "random", "roulette_threshold": DRAWN})
 
     return tuple(
         Choice(
             words(settings), scene.model_copy(update={"settings": settings}), i == 0, settings == finest,
-            settings.sampling == own.sampling,
+            i == 0 or light(settings) != light(own),
         )
         for i, settings in enumerate(given)
     )  # fmt: skip
