@@ -107,7 +107,8 @@ def test_choices_of_a_lens_with_a_spectrum(tmp_path):
 
     found = choices(scene(), compile_scene(scene()))
     assert [one.words for one in found] == [
-        "exact, 32 bands, random", "exact, 32 bands, Sobol'", "exact, 32 bands, random, losses drawn", "faceted, 32 bands, random", "exact, RGB, random",
+        "exact, 32 bands, random", "exact, 32 bands, Sobol'", "exact, 32 bands, random, losses drawn",
+        "faceted, 32 bands, random", "exact, RGB, random",
         "exact, 4 bands, random", "exact, 8 bands, random", "exact, 16 bands, random", "exact, 64 bands, random",
     ]  # fmt: skip
     assert [one.is_scene for one in found] == [True] + 8 * [False]
