@@ -27,6 +27,9 @@ def test_a_law_and_its_inverse():
     assert Law(8.0, 1.5).rays(0.008) == pytest.approx(100)
     assert Law(0.0, 0.5).rays(0.1) == 0
     assert math.isinf(Law(1.0, 0.5).rays(0.0))
+    law = Law(1.0, 1.0, 1000)
+    assert [law.error(n) for n in (100, 1000, 100_000)] == pytest.approx([1e-2, 1e-3, 1e-4])
+    assert [law.rays(error) for error in (1e-2, 1e-3, 1e-4)] == pytest.approx([100, 1000, 100_000])
 
 
 def test_noise_alone():

@@ -2,8 +2,8 @@
 """Time against error, as a short run foretells it: laws, and tables of them.
 
 The noise of n rays is a power of n. Independent rays have the exponent 1/2; points of a sequence have up to 3/2, which
-the pilot finds from pieces of several sizes. A choice that simulates something else (facets in place of the surface,
-fewer bands) leaves a bias that no number of rays makes smaller:
+the pilot finds from pieces of several sizes, and trusts for some times its own rays. A choice that simulates something
+else (facets in place of the surface, fewer bands) leaves a bias that no number of rays makes smaller:
 
     error² = (a n^-p)² + bias²,        time = start + n (time of a ray).
 """
@@ -30,14 +30,16 @@ FEWEST_RAYS = 1000
 
 @dataclass(frozen=True)
 class Law:
-    """Relative error of n rays: ``at_one n^-exponent``."""
+    """Relative error of n rays: ``at_one n^-exponent``; with more rays than ``to_rays`` it falls as n^-1/2."""
 
     at_one: float
-    exponent: float
+    exponent: float = 0.5
+    to_rays: float = math.inf
 
     def error(self, n_rays: float) -> float:
         """Relative error of so many rays."""
-        return float(self.at_one * n_rays**-self.exponent)
+        held = min(n_rays, self.to_rays)
+        return float(self.at_one * held**-self.exponent * (held / n_rays) ** 0.5)
 
     def rays(self, error: float) -> float:
         """Rays that have the relative error."""
@@ -45,7 +47,8 @@ class Law:
             return 0.0
         if not error > 0:
             return math.inf
-        return float((self.at_one / error) ** (1 / self.exponent))
+        rays = (self.at_one / error) ** (1 / self.exponent)
+        return float(rays if rays <= self.to_rays else self.to_rays * (self.error(self.to_rays) / error) ** 2)
 
 
 @dataclass(frozen=True)
@@ -123,6 +126,7 @@ class Outlook:
             "flux_stderr_w": self.flux_stderr_w,
             "error_at_one_ray": self.noise.at_one if self.noise else None,
             "exponent": self.noise.exponent if self.noise else None,
+            "exponent_to_rays": self.noise.to_rays if self.noise and self.noise.to_rays < math.inf else None,
             "bias_percent": None if self.bias is None else 100 * self.bias,
             "bias_stderr_percent": None if self.bias_stderr is None else 100 * self.bias_stderr,
             "start_s": self.start_s,

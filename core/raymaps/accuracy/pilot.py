@@ -32,10 +32,14 @@ __all__ = ["forecast"]
 GROUPS, FIRST_SIZE = 16, 64
 #: The first round compiles, and fills caches: its time is none of its rays'.
 WARM_ROUNDS = 1
-#: Last rounds whose pieces are fitted, and last ones that are fitted as a whole; the exponents that there may be.
-PIECES, ROUNDS, EXPONENTS = 2, 3, (0.5, 1.5)
+#: Last rounds whose pieces are fitted, and last ones that are fitted as a whole; the exponents that there may be; up to
+#: how many times its rays the pilot knows them.
+PIECES, ROUNDS = 2, 3
+LEAST_EXPONENT, MOST_EXPONENT, TRUSTED = 0.5, 1.5, 16
 #: Sharing rays by need is a choice where it saves so many of them.
 SAVED = 0.05
+#: Share of the time that is spent on timing.
+TIMED = 0.25
 #: Rays that a piece has at most.
 LARGEST_PIECE = 65_536
 
@@ -65,9 +69,11 @@ class _Trial:
             compiled, path, manifest.seed, threads=threads, store=lambda: choice.scene.settings.store, stop=stop,
             started=began,
         )  # fmt: skip
+        self.threads = threads
         self.raymap = RayMap.open(path)
         self.seed = pilot_seed(manifest.seed)
         self.rounds: list[_Round] = []
+        self.ray_s = math.nan
         self.quantity: Quantity
         self.start_s = time.perf_counter() - began
 
@@ -102,13 +108,15 @@ class _Trial:
         tally = _sum([one.tallies[group] for one in self.rounds[:n_rounds]])
         return tally.flux(self.raymap.source_flux_w, self.quantity.exact)[0]
 
-    def ray_s(self) -> float:
-        """Time of a ray, by the largest rounds; a piece takes a time of its own beside, at most what the least take."""
-        rounds = self.rounds[WARM_ROUNDS:] or self.rounds
-        last = rounds[-2:]
-        of_piece = min(one.seconds for one in rounds) if len(rounds) > 2 else 0.0
-        rays, seconds = sum(GROUPS * one.size for one in last), sum(one.seconds - of_piece for one in last)
-        return seconds / rays if seconds > 0 else last[-1].seconds / (GROUPS * last[-1].size)
+    def time(self, seconds: float) -> None:
+        """Trace pieces of the size of a real run's portions, one a thread, for about so long: what a ray takes."""
+        last = self.rounds[-1]
+        size = int(seconds * GROUPS * last.size / last.seconds / self.threads)
+        size = min(max(size, last.size), LARGEST_PIECE)
+        first = GROUPS * (last.size << 1)
+        began = time.perf_counter()
+        self.runner.apart(((first + k * size, size) for k in range(self.threads)), self.seed, self.quantity.tally)
+        self.ray_s = (time.perf_counter() - began) / (self.threads * size)
 
     def need(self) -> Float | None:
         """What sources add to the error, see `shared_by_need`; None where shares as they are do nearly as well."""
@@ -128,21 +136,20 @@ class _Trial:
         if not mean_w > 0:
             return None
         if not self.is_even:
-            return Law(stderr_w / mean_w * math.sqrt(total.n_rays), 0.5)
+            return Law(stderr_w / mean_w * math.sqrt(total.n_rays))
         # the error of pieces is known well, that of many rays tells how it goes on
-        found = [
-            (one.size, float(np.mean([tally.flux(flux_w, exact)[1] ** 2 for tally in one.tallies])))
-            for one in self.rounds[-PIECES:]
+        found = [(one.size, [tally.flux(flux_w, exact)[1] for tally in one.tallies]) for one in self.rounds[-PIECES:]]
+        found += [
+            (GROUPS * one.size, [_sum(list(one.tallies)).flux(flux_w, exact)[1]]) for one in self.rounds[-ROUNDS:]
         ]
-        found += [(GROUPS * one.size, _sum(list(one.tallies)).flux(flux_w, exact)[1] ** 2)
-                  for one in self.rounds[-ROUNDS:]]  # fmt: skip
-        found.append((total.n_rays, stderr_w**2))
-        size, variance = np.array(found).T
+        found.append((total.n_rays, [stderr_w]))
+        rays = np.log([n for n, _ in found])
+        variance = np.array([np.mean(np.square(errors)) for _, errors in found])
         if not variance.min() > 0:
-            return Law(0.0, EXPONENTS[0])
-        log_size, log_error = np.log(size), 0.5 * np.log(variance / mean_w**2)
-        exponent = min(max(-float(np.polyfit(log_size, log_error, 1)[0]), EXPONENTS[0]), EXPONENTS[1])
-        return Law(math.exp(float(np.mean(log_error + exponent * log_size))), exponent)
+            return Law(0.0)
+        error = 0.5 * np.log(variance / mean_w**2)
+        exponent = min(max(-float(np.polyfit(rays, error, 1)[0]), LEAST_EXPONENT), MOST_EXPONENT)
+        return Law(math.exp(float(np.mean(error + exponent * rays))), exponent, TRUSTED * total.n_rays)
 
 
 def forecast(
@@ -196,8 +203,10 @@ def forecast(
             if not trials:
                 chosen, loading_s = _least_certain(trial, candidates, is_cold)
             trial.quantity = candidates[chosen]
-            while trial.can_grow(seconds / len(given)):
+            share_s = seconds / len(given)
+            while trial.can_grow((1 - TIMED) * share_s):
                 trial.run()
+            trial.time(TIMED * share_s)
             if not trials and (need := trial.need()) is not None:
                 given.insert(2, shared_by_need(choice, need))
             trials.append(trial)
@@ -237,7 +246,7 @@ def _outlook(trial: _Trial, trials: list[_Trial], loading_s: float) -> Outlook:
     bias, bias_stderr = (None, None) if like is finest else _bias(like, finest)
     return Outlook(
         trial.choice.words, trial.choice.is_scene, total.n_rays, flux_w, stderr_w, trial.noise(), bias, bias_stderr,
-        max(trial.start_s, trials[0].start_s) + loading_s, trial.ray_s(), trial.is_even,
+        max(trial.start_s, trials[0].start_s) + loading_s, trial.ray_s, trial.is_even,
         trial.choice.ray_share,
     )  # fmt: skip
 
