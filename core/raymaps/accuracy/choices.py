@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from raymaps.scene import Scene, Settings
 
@@ -41,6 +41,13 @@ class Choice:
     is_scene: bool
     is_finest: bool
     bias_of: int
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """What is chosen, as a scene has it; ``bands`` None where light is red, green and blue."""
+        own = self.scene.settings
+        bands = None if "spectral" in own.without else own.spectrum.bands
+        return {"sampling": own.sampling, "surfaces": own.surfaces, "bands": bands}
 
 
 def choices(scene: Scene, compiled: CompiledScene) -> tuple[Choice, ...]:

@@ -11,7 +11,7 @@ fewer bands) leaves a bias that no number of rays makes smaller:
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from raymaps.units import format_duration
@@ -66,6 +66,8 @@ class Outlook:
         Time before the first ray, and of a ray, in all threads together.
     is_even : bool
         Whether rays are points of a sequence, which are most even in powers of two: then only these are foretold.
+    settings : dict
+        What is chosen, as a scene has it: sampling, surfaces, bands.
     """
 
     words: str
@@ -79,6 +81,7 @@ class Outlook:
     start_s: float
     ray_s: float
     is_even: bool = False
+    settings: dict[str, Any] = field(default_factory=dict)
 
     @property
     def least_error(self) -> float:
@@ -111,6 +114,7 @@ class Outlook:
         """As the command line prints it; times and rays by the error in percent."""
         return {
             "choice": self.words,
+            "settings": self.settings,
             "scene": self.is_scene,
             "pilot_rays": self.pilot_rays,
             "flux_w": self.flux_w,
