@@ -177,18 +177,6 @@ class Check(StudyCommand):
         QtWidgets.QMessageBox.warning(FreeCADGui.getMainWindow(), translate("Check study"), text)
 
 
-class Run(StudyCommand):
-    """Starts a run."""
-
-    NAME, ICON, TEXT, KEY = "RayMaps_Run", "run", "Run", "R, M"
-    TIP = "Simulates the study in a process of its own, with progress and cancel in the panel"
-
-    def Activated(self):
-        from raymaps_wb.gui import dock
-
-        dock.show().run()
-
-
 class Accuracy(StudyCommand):
     """Opens the panel that tells what accuracy costs."""
 
@@ -204,6 +192,18 @@ class Accuracy(StudyCommand):
         panel = AccuracyPanel(active_study())
         FreeCADGui.Control.showDialog(panel)
         panel.look()
+
+
+class Run(StudyCommand):
+    """Starts a run."""
+
+    NAME, ICON, TEXT, KEY = "RayMaps_Run", "run", "Run", "R, M"
+    TIP = "Simulates the study in a process of its own, with progress and cancel in the panel"
+
+    def Activated(self):
+        from raymaps_wb.gui import dock
+
+        dock.show().run()
 
 
 class Ask(StudyCommand):
