@@ -21,6 +21,7 @@ TIMES = (
 POINTS = 160  # of a curve
 HEIGHT = 270  # without the names of the choices
 LARGEST_ERROR, SMALLEST_ERROR = 1.0, 1e-6
+LONGEST = 10  # how many times longer than a final run of the study as it is the axis goes
 
 
 class CostCurve(QtWidgets.QWidget):
@@ -94,17 +95,18 @@ class CostCurve(QtWidgets.QWidget):
         known = [outlook for outlook in self._outlooks if outlook.is_known]
         if not known:
             return None
-        ends = [(FEWEST_RAYS, max(one.final_rays(), self._now, self._rays)) for one in known]
-        times = [one.time_s(n) for one, pair in zip(known, ends, strict=True) for n in pair]
-        errors = [one.error(n) for one, pair in zip(known, ends, strict=True) for n in pair]
-        own = self._outlooks[0]
-        if own.is_known:
-            times.append(own.time_s(self._now))
-            errors.append(own.error(self._now))
+        own, chosen = self._outlooks[0], self._outlooks[self._chosen]
+        ends = [(one, rays) for one in known for rays in (FEWEST_RAYS, one.final_rays())]
+        first = own if own.is_known else known[0]
+        latest_s = LONGEST * first.time_s(first.final_rays())  # a hopeless choice would squeeze all others
+        ends = [(one, rays if one.time_s(rays) <= latest_s else one.rays(latest_s)) for one, rays in ends]
+        ends += [(one, rays) for one, rays in ((own, self._now), (chosen, self._rays)) if one.is_known]
+        times = [one.time_s(rays) for one, rays in ends]
+        errors = [one.error(max(rays, 1)) for one, rays in ends]
         line = self.fontMetrics().height()
         left = self.fontMetrics().boundingRect("0.001 %").width() + 10
         place = QtCore.QRect(
-            left, line + 8, self.width() - left - 12, self.height() - 3 * line - 18 - self._legend_height()
+            left, line + 12, self.width() - left - 12, self.height() - 3 * line - 22 - self._legend_height()
         )
         return _Axes(
             place,
@@ -131,10 +133,10 @@ class CostCurve(QtWidgets.QWidget):
         painter.drawPath(path)
 
     def _draw_points(self, painter, axes):
-        base, text = self.palette().color(QtGui.QPalette.Base), self.palette().color(QtGui.QPalette.Text)
+        base, text = _ground(self.palette()), _mixed(self.palette(), 1.0)
         own, chosen, dot = self._outlooks[0], self._outlooks[self._chosen], QtCore.QRectF()
         if chosen.is_known:
-            at = axes.point(chosen.time_s(self._rays), chosen.error(self._rays))
+            at = axes.inside(chosen.time_s(self._rays), chosen.error(self._rays))
             painter.setPen(QtGui.QPen(_mixed(self.palette(), 0.45), 1, QtCore.Qt.DashLine))
             painter.drawLine(QtCore.QPointF(axes.place.left(), at.y()), at)
             painter.drawLine(QtCore.QPointF(at.x(), axes.place.bottom()), at)
@@ -143,7 +145,7 @@ class CostCurve(QtWidgets.QWidget):
             painter.drawEllipse(at, 6.0, 6.0)
             dot = QtCore.QRectF(at.x() - 8, at.y() - 8, 16, 16)
         if own.is_known:
-            at = axes.point(own.time_s(self._now), own.error(self._now))
+            at = axes.inside(own.time_s(self._now), own.error(self._now))
             painter.setPen(QtGui.QPen(text, 1.6))
             painter.setBrush(QtCore.Qt.NoBrush)
             painter.drawEllipse(at, 9.0, 9.0)
@@ -159,7 +161,7 @@ class CostCurve(QtWidgets.QWidget):
         ]
         free = [box for box in boxes if QtCore.QRectF(place).contains(box) and not box.intersects(dot)]
         box = (free or boxes)[0]
-        painter.fillRect(box, _faded(self.palette().color(QtGui.QPalette.Base), 200))
+        painter.fillRect(box, _faded(_ground(self.palette()), 200))
         painter.drawText(box, flags_as_int(QtCore.Qt.AlignCenter), words)
 
     def _legend_places(self):
@@ -204,6 +206,13 @@ class _Axes:
             self.place.left() + across * self.place.width(), self.place.bottom() - up * self.place.height()
         )
 
+    def inside(self, time_s, error):
+        """The point, or the nearest one within the axes."""
+        at, place = self.point(time_s, error), self.place
+        return QtCore.QPointF(
+            min(max(at.x(), place.left()), place.right()), min(max(at.y(), place.top()), place.bottom())
+        )
+
     def time_s(self, x):
         """Time at a place across."""
         share = min(1.0, max(0.0, (x - self.place.left()) / max(1, self.place.width())))
@@ -211,7 +220,7 @@ class _Axes:
 
     def draw(self, painter, palette):
         """Ground, grid with figures, and what the axes are."""
-        painter.fillRect(self.place, palette.color(QtGui.QPalette.Base))
+        painter.fillRect(self.place, _ground(palette))
         metrics, place = painter.fontMetrics(), self.place
         grid, text = QtGui.QPen(_mixed(palette, 0.14), 1), _mixed(palette, 0.75)
         line = metrics.height()
@@ -270,9 +279,15 @@ class _Axes:
         return [error for error in found if self._errors[0] <= error <= self._errors[1]]
 
 
+def _ground(palette):
+    """White under dark text, nearly black under light text: a theme need not tell more than the colour of text."""
+    is_dark = palette.color(QtGui.QPalette.WindowText).lightness() > 127
+    return QtGui.QColor("#1e1e1e" if is_dark else "#ffffff")
+
+
 def _mixed(palette, share):
     """A colour between ground and text of a theme, light or dark."""
-    ground, text = palette.color(QtGui.QPalette.Base), palette.color(QtGui.QPalette.Text)
+    ground, text = _ground(palette), palette.color(QtGui.QPalette.WindowText)
     pairs = zip(ground.getRgb()[:3], text.getRgb()[:3], strict=True)
     return QtGui.QColor(*(round(a + (b - a) * share) for a, b in pairs))
 

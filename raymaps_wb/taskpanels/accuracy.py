@@ -9,6 +9,7 @@ import FreeCADGui
 from raymaps_wb.compat import QtCore, QtGui, QtWidgets, flags_as_int, translate
 from raymaps_wb.errors import WorkbenchError
 from raymaps_wb.export.check import check_study
+from raymaps_wb.export.description import unique_names
 from raymaps_wb.export.writer import export_study
 from raymaps_wb.gui.active import PREFIX, Transaction
 from raymaps_wb.gui.cost_curve import CostCurve
@@ -46,8 +47,8 @@ class AccuracyPanel:
     def _add_trial(self, study):
         self.detector = QtWidgets.QComboBox()
         self.detector.addItem(translate("the least certain one"), "")
-        for obj in members(study, Detector.TYPE):
-            self.detector.addItem(obj.Label, obj.Label)
+        for name in unique_names(members(study, Detector.TYPE)).values():
+            self.detector.addItem(name, name)
         self.detector.setSizeAdjustPolicy(QtWidgets.QComboBox.AdjustToMinimumContentsLengthWithIcon)
         self.detector.setToolTip(translate("Of which detector the error of its light is meant"))
         self.detector.activated.connect(lambda *_: self.look())
@@ -217,12 +218,12 @@ class AccuracyPanel:
         """What a run with these rays is likely to take and to be sure to, and what OK changes."""
         outlook, rays = self._outlooks[self.choice.currentIndex()], self.rays()
         self.curve.show_point(self.choice.currentIndex(), rays)
-        error = f"\u00b1 {100 * outlook.error(rays):.2g} %" if outlook.is_known else translate("error not known")
+        error = f"\u00b1 {_percent(outlook.error(rays))}" if outlook.is_known else translate("error not known")
         self.told.setText(
             f"<b>{count(rays)}</b> {translate('rays')} &nbsp; <b>{rough_duration(outlook.time_s(rays))}</b> "
             f"&nbsp; <b>{error}</b>"
         )
-        bias = f" {translate('Always off by about')} {100 * outlook.bias:.2g} %." if outlook.bias else ""
+        bias = f" {translate('Always off by about')} {_percent(outlook.bias)}." if outlook.bias else ""
         say(self.changes, self._words_of_changes() + bias)
 
     def _words_of_changes(self):
@@ -278,6 +279,10 @@ class AccuracyPanel:
 
     def getStandardButtons(self):
         return flags_as_int(QtWidgets.QDialogButtonBox.Ok | QtWidgets.QDialogButtonBox.Cancel)
+
+
+def _percent(share):
+    return f"{float(f'{100 * share:.2g}'):g} %"
 
 
 def _apart(a, b):
