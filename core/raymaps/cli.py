@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from raymaps.errors import Interrupted, RayMapsError
-from raymaps.progress import ProgressStyle, teller_of
+from raymaps.progress import ProgressStyle, choice_tellers, teller_of
 from raymaps.target_options import (
     TargetDetector,
     TargetEllipse,
@@ -363,6 +363,7 @@ def accuracy(
     seconds: Annotated[float, typer.Option(min=1, max=3600, help="How long to try, about.")] = 8.0,
     threads: Annotated[int | None, typer.Option(min=1, max=1024, help="By default one a processor.")] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help=".png file with time against error.")] = None,
+    progress: Annotated[ProgressStyle | None, typer.Option(help="json: a line for each choice, then all.")] = None,
     as_json: AsJson = False,
 ) -> None:
     """What accuracy costs in time: by sampling, surfaces and bands, from short runs that are thrown away."""
@@ -374,12 +375,17 @@ def accuracy(
         check_plot(output)
     stop = threading.Event()
     _stop_on_signals(stop)
-    tell = (lambda text: print(text, file=sys.stderr)) if sys.stderr.isatty() else None
-    found = forecast(what, aim, seconds=seconds, threads=threads, on_note=tell, stop=stop)
+    style = progress or (ProgressStyle.bar if sys.stderr.isatty() else ProgressStyle.none)
+    tell_choice, tell_note = choice_tellers(style, _print_json)
+    found = forecast(
+        what, aim, seconds=seconds, threads=threads, on_choice=tell_choice, on_note=tell_note, stop=stop
+    )  # fmt: skip
     if output is not None:
         plot(found, output)
-    _print_json(found.to_dict()) if as_json else _say(found.to_text())
-    if output is not None and not as_json:
+    is_lines = style is ProgressStyle.json
+    event = {"event": "done"} if is_lines else {}
+    _print_json({**event, **found.to_dict()}) if as_json or is_lines else _say(found.to_text())
+    if output is not None and not (as_json or is_lines):
         _say(str(output))
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from raymaps.runner import Progress
 
-__all__ = ["ProgressStyle", "Teller", "teller_of"]
+__all__ = ["ProgressStyle", "Teller", "choice_tellers", "teller_of"]
 
 
 class ProgressStyle(str, Enum):
@@ -111,3 +111,22 @@ def teller_of(style: ProgressStyle, output: Path, print_json: Callable[[dict[str
     if style is ProgressStyle.json:
         return _JsonTeller(output, print_json)
     return _BarTeller() if style is ProgressStyle.bar else Teller()
+
+
+def choice_tellers(
+    style: ProgressStyle, print_json: Callable[[dict[str, Any]], None]
+) -> tuple[Callable[[int, int, str], None] | None, Callable[[str], None] | None]:
+    """What tells in a style which choice ``raymaps accuracy`` tries, and what tells a sentence."""
+    if style is ProgressStyle.none:
+        return None, None
+    if style is ProgressStyle.bar:
+        return lambda number, of, words: print(words, file=sys.stderr), lambda text: print(text, file=sys.stderr)
+
+    def say(data: dict[str, Any]) -> None:
+        print_json(data)
+        sys.stdout.flush()
+
+    return (
+        lambda number, of, words: say({"event": "choice", "number": number, "of": of, "choice": words}),
+        lambda text: say({"event": "note", "text": text}),
+    )

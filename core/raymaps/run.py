@@ -34,6 +34,9 @@ LARGEST_PORTION, SMALLEST_PORTION = 65_536, 4_096
 #: A run to a target traces at most so many times the scene's rays, unless it is told a number.
 MOST_FOR_TARGET = 100
 
+#: What is told before the first run on a machine.
+COMPILING = "Compiling for this machine; that happens once and takes a minute or two."
+
 
 def simulate(
     scene: Scene | str | Path,
@@ -128,7 +131,7 @@ def simulate(
         n_rays = manifest.rays_asked
 
     if on_note and not kept_machine_code():
-        on_note("Compiling for this machine; that happens once and takes a minute or two.")
+        on_note(COMPILING)
 
     def how_stored() -> Stored:
         return _stored(store() if callable(store) else store or scene.settings.store)

@@ -18,7 +18,7 @@ from raymaps_wb.export.surface_properties import surface_property
 from raymaps_wb.objects.detector import Detector
 from raymaps_wb.objects.medium import Medium
 from raymaps_wb.objects.source import Source
-from raymaps_wb.objects.study import FACETED, OBSERVERS, members
+from raymaps_wb.objects.study import FACETED, OBSERVERS, SOBOL, members
 from raymaps_wb.objects.surface_property import SurfaceProperty
 
 #: scene: dict without geometry. places: dict of body name to BodyPlace. files: SceneFiles that the scene speaks of.
@@ -156,6 +156,8 @@ def _settings(study):
         settings["spectrum"] = spectrum
     if study.Store == "Spectral":
         settings["store"] = "spectral"
+    if study.Sampling == SOBOL:
+        settings["sampling"] = "sobol"
     if study.Surfaces == FACETED:
         settings["surfaces"] = "faceted"
     without = [name.strip() for name in study.Without if name.strip()]

@@ -177,6 +177,23 @@ class Check(StudyCommand):
         QtWidgets.QMessageBox.warning(FreeCADGui.getMainWindow(), translate("Check study"), text)
 
 
+class Accuracy(StudyCommand):
+    """Opens the panel that tells what accuracy costs."""
+
+    NAME, ICON, TEXT = "RayMaps_Accuracy", "accuracy", "Accuracy"
+    TIP = "Tells before a run how long it takes and how sure its figures are, and sets the number of rays"
+
+    def IsActive(self):
+        return super().IsActive() and not FreeCADGui.Control.activeDialog()
+
+    def Activated(self):
+        from raymaps_wb.taskpanels.accuracy import AccuracyPanel
+
+        panel = AccuracyPanel(active_study())
+        FreeCADGui.Control.showDialog(panel)
+        panel.look()
+
+
 class Run(StudyCommand):
     """Starts a run."""
 
@@ -277,6 +294,7 @@ COMMANDS = (
     NewSource(),
     NewDetector(),
     Check(),
+    Accuracy(),
     Run(),
     Ask(),
     Report(),

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """What the detectors of a map registered of the rays that match: figures, and a picture of those that have one."""
 
+import math
 from html import escape
 
 from raymaps_wb.compat import QtWidgets, translate
-from raymaps_wb.gui.false_colours import picture, read_map
+from raymaps_wb.gui.false_colours import ERROR, LIGHT, picture, read_maps
 from raymaps_wb.gui.figures import count, with_error
+from raymaps_wb.taskpanels.rows import small_label
 
 #: Figures in the order in which they are told: key without unit, words, unit of the key, unit for people.
 FIGURES = (
@@ -47,11 +49,17 @@ class DetectorView(QtWidgets.QWidget):
         layout.addLayout(row)
         self.text = QtWidgets.QLabel()
         self.text.setWordWrap(True)
+        self.shown = QtWidgets.QComboBox()
+        self.shown.addItem(translate("Light"), LIGHT)
+        self.shown.addItem(translate("Standard error of each cell"), ERROR)
+        self.shown.setToolTip(translate("What the colours tell: the light, or how unsure it is in each cell"))
+        self.shown.currentIndexChanged.connect(lambda *_: self._draw())
         self.picture = QtWidgets.QLabel()
-        layout.addWidget(self.text)
-        layout.addWidget(self.picture)
+        self.spread = small_label()
+        for widget in (self.text, self.shown, self.picture, self.spread):
+            layout.addWidget(widget)
         layout.addStretch(1)
-        self._is_far_field, self._map = False, None
+        self._is_far_field, self._maps = False, {}
         self.clear()
 
     def name(self):
@@ -71,15 +79,15 @@ class DetectorView(QtWidgets.QWidget):
     def clear(self, text=""):
         """Show nothing, or why there is nothing."""
         self.text.setText(text)
-        self.picture.clear()
-        self._map = None
+        self._maps = {}
+        self._draw()
         self.save_button.setEnabled(False)
 
     def show_answer(self, answer, path):
         """Show the answer to ``detector`` and the picture of the table that came with it."""
         self._is_far_field = any(key.endswith("_w_per_sr") for key in answer)
         self.text.setText(html(answer))
-        self._map = read_map(path)
+        self._maps = read_maps(path)
         self.save_button.setEnabled(True)
         self._draw()
 
@@ -88,10 +96,16 @@ class DetectorView(QtWidgets.QWidget):
         self._draw()
 
     def _draw(self):
-        if self._map is None:
+        chosen = self.shown.currentData()
+        drawn = self._maps.get(chosen)
+        self.shown.setVisible(ERROR in self._maps)
+        self.spread.setVisible(drawn is not None and chosen == ERROR)
+        if drawn is None:
             self.picture.clear()
-        else:
-            self.picture.setPixmap(picture(self._map, max(160, self.width() - 12)))
+            return
+        self.picture.setPixmap(picture(drawn, max(160, self.width() - 12)))
+        if chosen == ERROR:
+            self.spread.setText(spread(drawn.values))
 
     def _ask_where(self):
         kinds = SAVED_AS_FAR_FIELD if self._is_far_field else SAVED_AS
@@ -101,6 +115,17 @@ class DetectorView(QtWidgets.QWidget):
         if path:
             ending = kind.split("*")[-1].rstrip(")")
             self._save(path if "." in path.rsplit("/", 1)[-1] else path + ending)
+
+
+def spread(errors_percent):
+    """How unsure the cells of a map are, in a sentence."""
+    known = sorted(error for row in errors_percent for error in row if math.isfinite(error))
+    dark = sum(len(row) for row in errors_percent) - len(known)
+    if not known:
+        return translate("No cell got light.")
+    told = f"Half of the cells that got light are known to {known[len(known) // 2]:.2g} % or better."
+    more = f" Grey: {count(dark)} {'cell' if dark == 1 else 'cells'} without light." if dark else ""
+    return told + more + " A coarser resolution, or more rays, makes cells surer."
 
 
 def html(answer):

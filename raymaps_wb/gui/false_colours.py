@@ -19,6 +19,16 @@ KINDS = (
     ("x_mm", "y_mm", ("illuminance_lx", "irradiance_w_per_mm2")),
     ("c_deg", "gamma_deg", ("intensity_cd", "intensity_w_per_sr")),
 )
+#: Columns of a standard error and of what it belongs to; first that are there.
+ERRORS = (
+    ("flux_stderr_lm", "flux_lm"),
+    ("flux_stderr_w", "flux_w"),
+    ("intensity_stderr_cd", "intensity_cd"),
+    ("intensity_stderr_w_per_sr", "intensity_w_per_sr"),
+)
+LIGHT, ERROR = "light", "error"
+PERCENT = "%"
+LARGEST_ERROR_PERCENT = 100.0  # beyond it nothing is known of a cell
 NAMES = {
     "x_mm": "x (mm)",
     "y_mm": "y (mm)",
@@ -34,29 +44,55 @@ LARGEST_BYTES = 16 * 2**20
 
 
 def read_map(path):
-    """The map in a file that ``raymaps detector -o FILE.csv`` wrote; None if it holds none, or is too large to draw."""
+    """The light in a file that ``raymaps detector -o FILE.csv`` wrote; None if it can't be drawn."""
+    return read_maps(path).get(LIGHT)
+
+
+def read_maps(path):
+    """What can be drawn of a file that ``raymaps detector -o FILE.csv`` wrote.
+
+    Returns
+    -------
+    dict of FalseColourMap: LIGHT, and ERROR, the standard error of each cell over its light; empty if the file holds
+    no map, or one that is too large to draw.
+    """
     if not os.path.isfile(path) or os.path.getsize(path) > LARGEST_BYTES:
-        return None
+        return {}
     with open(path, encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
     columns = set(rows[0]) if rows else set()
     if "z_mm" in columns:
-        return None  # faces have no two coordinates
-    for across, up, names in KINDS:
-        name = next((name for name in names if name in columns), None)
-        if {across, up} <= columns and name is not None:
-            return _map(rows, across, up, name)
-    return None
+        return {}  # faces have no two coordinates
+    kind = next((kind for kind in KINDS if set(kind[:2]) <= columns and columns & set(kind[2])), None)
+    if kind is None:
+        return {}
+    across, up, names = kind
+    name = next(name for name in names if name in columns)
+    found = {LIGHT: _map(rows, across, up, lambda row: _number(row[name]), NAMES[name])}
+    pair = next((pair for pair in ERRORS if set(pair) <= columns), None)
+    if pair is not None:
+        found[ERROR] = _map(rows, across, up, lambda row: _error_percent(row, *pair), PERCENT)
+    return found
 
 
-def _map(rows, across, up, name):
+def _number(text):
+    return float(text or "nan")
+
+
+def _error_percent(row, stderr, value):
+    """Of a cell without light nothing is known."""
+    stderr, value = _number(row[stderr]), _number(row[value])
+    return 100 * stderr / value if value > 0 else math.nan
+
+
+def _map(rows, across, up, value_of, name):
     xs, ys = (sorted({float(row[key]) for row in rows}) for key in (across, up))
     places = [{value: i for i, value in enumerate(values)} for values in (xs, ys)]
     values = [[math.nan] * len(xs) for _ in ys]
     for row in rows:
-        values[places[1][float(row[up])]][places[0][float(row[across])]] = float(row[name] or "nan")
+        values[places[1][float(row[up])]][places[0][float(row[across])]] = value_of(row)
     ends = _borders if across == "x_mm" else lambda directions: (directions[0], directions[-1])
-    return FalseColourMap(values, ends(xs), ends(ys), NAMES[across], NAMES[up], NAMES[name])
+    return FalseColourMap(values, ends(xs), ends(ys), NAMES[across], NAMES[up], name)
 
 
 def _borders(centres):
@@ -83,7 +119,7 @@ def picture(shown, width):
     pixmap.fill(QtCore.Qt.transparent)
     painter = QtGui.QPainter(pixmap)
     painter.setPen(QtGui.QColor("#7a7a7a"))
-    image, largest = _image(shown.values)
+    image, largest = _image(shown.values, LARGEST_ERROR_PERCENT if shown.name == PERCENT else math.inf)
     place = QtCore.QRect(1, line, plot_width, plot_height)
     painter.drawImage(place, image)
     painter.drawRect(place)
@@ -96,9 +132,9 @@ def picture(shown, width):
     return pixmap
 
 
-def _image(values):
-    """An image with a pixel a cell, the lowest row at the bottom; and the largest value."""
-    largest = max((value for row in values for value in row if math.isfinite(value)), default=0.0)
+def _image(values, limit):
+    """An image with a pixel a cell, the lowest row at the bottom; and the largest value, at most the limit."""
+    largest = min(limit, max((value for row in values for value in row if math.isfinite(value)), default=0.0))
     image = QtGui.QImage(len(values[0]), len(values), QtGui.QImage.Format_RGB32)
     for j, row in enumerate(reversed(values)):
         for i, value in enumerate(row):
@@ -112,6 +148,7 @@ def _draw_scale(painter, place, largest, unit):
         gradient.setColorAt(i / (len(PALETTE) - 1), QtGui.QColor(*rgb))
     painter.fillRect(place, gradient)
     left = place.right() + 4
-    for text, y in zip(quantity(largest, unit), (place.top(), place.top() + 16), strict=True):
+    told = (f"{largest:.3g}", unit) if unit == PERCENT else quantity(largest, unit)
+    for text, y in zip(told, (place.top(), place.top() + 16), strict=True):
         painter.drawText(QtCore.QRect(left, y, MARGIN, 16), 0, text)
     painter.drawText(QtCore.QRect(left, place.bottom() - 15, MARGIN, 16), 0, "0")

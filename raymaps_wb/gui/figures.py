@@ -52,3 +52,11 @@ def count(n):
 def duration(seconds):
     """A time in seconds, or minutes and seconds."""
     return f"{seconds:.1f} s" if seconds < 60 else f"{int(seconds // 60)} min {int(seconds % 60)} s"
+
+
+def rough_duration(seconds):
+    """A time that is foretold: two digits, in the unit that people would use."""
+    for unit_s, unit in ((86_400, "d"), (3600, "h"), (60, "min")):
+        if seconds >= 1.5 * unit_s:
+            return f"{float(f'{seconds / unit_s:.2g}'):g} {unit}"
+    return f"{float(f'{seconds:.2g}'):g} s"

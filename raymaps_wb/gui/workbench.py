@@ -8,10 +8,10 @@ from raymaps_wb.gui import commands, dock
 def initialize(workbench):
     """Make toolbars and the menu, once."""
     names = commands.register()
-    build, act = names[:5], names[5:9]
+    build, act = names[:5], names[5:10]
     workbench.appendToolbar(translate("Ray Maps study"), build)
     workbench.appendToolbar(translate("Ray Maps results"), act)
-    workbench.appendMenu(translate("&Ray Maps"), [*build, "Separator", *act, "Separator", *names[9:]])
+    workbench.appendMenu(translate("&Ray Maps"), [*build, "Separator", *act, "Separator", *names[10:]])
 
 
 def activated():

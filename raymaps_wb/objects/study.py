@@ -12,6 +12,11 @@ STORES = {
     "RGB": "the light of each event in three bands: small",
     "Spectral": "in all bands of a spectral simulation: larger, and spectra can be asked for afterwards",
 }
+RANDOM, SOBOL = "Random", "Sobol"
+SAMPLING = {
+    RANDOM: "rays are independent of each other",
+    SOBOL: "rays are spread evenly by Sobol's sequence; where light takes few steps, fewer rays do",
+}
 EXACT, FACETED = "Exact", "Faceted"
 SURFACES = {
     EXACT: "light meets the exact surfaces of CAD faces; where one has none, its triangles",
@@ -23,8 +28,8 @@ class Study(Proxy):
     """A group of media, surface properties, sources, detectors and a result."""
 
     TYPE = "RayMaps::Study"
-    SCHEMA = 3
-    MIGRATIONS = {1: only_added, 2: only_added}
+    SCHEMA = 4
+    MIGRATIONS = {1: only_added, 2: only_added, 3: only_added}
     PROPERTIES = (
         Property("App::PropertyInteger", "Rays", "Number of rays to simulate", 100_000, limits=Limits(1, 1e12)),
         Property(
@@ -33,6 +38,13 @@ class Study(Proxy):
             "Seed of all random numbers: the same seed gives the same rays",
             1,
             limits=Limits(0, 2**31),
+        ),
+        Property(
+            "App::PropertyEnumeration",
+            "Sampling",
+            "How rays are drawn",
+            RANDOM,
+            choices=SAMPLING,
         ),
         Property(
             "App::PropertyInteger",

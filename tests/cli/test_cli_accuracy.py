@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -35,6 +37,15 @@ def test_json_and_plot_of_a_map(raymaps, small_scene, tmp_path):
     pixels = np.asarray(Image.open(plot).convert("L"))
     assert pixels.shape[1] > 800
     assert pixels.std() > 10
+
+
+def test_progress_in_lines(raymaps, small_scene):
+    done = raymaps("accuracy", small_scene, "--seconds", "1", "--progress", "json")
+    lines = [json.loads(line) for line in done.out.splitlines()]
+    told = [(line["number"], line["of"], line["choice"]) for line in lines if line["event"] == "choice"]
+    assert told == [(1, 2, "random"), (2, 2, "Sobol'")]
+    assert lines[-1]["event"] == "done"
+    assert [one["settings"]["sampling"] for one in lines[-1]["choices"]] == ["random", "sobol"]
 
 
 def test_by_default_the_least_certain_detector_is_meant(raymaps, small_scene):

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +51,13 @@ class Choice:
     is_finest: bool
     has_own_bias: bool
     ray_share: dict[str, float] | None = None
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """What is chosen, as a scene has it; ``bands`` None where light is red, green and blue."""
+        own = self.scene.settings
+        bands = None if "spectral" in own.without else own.spectrum.bands
+        return {"sampling": own.sampling, "surfaces": own.surfaces, "bands": bands}
 
 
 def choices(scene: Scene, compiled: CompiledScene) -> tuple[Choice, ...]:

@@ -11,7 +11,7 @@ else (facets in place of the surface, fewer bands) leaves a bias that no number 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from raymaps.units import format_duration
@@ -73,6 +73,8 @@ class Outlook:
         The sources' shares of the rays, where they are not as the scene says.
     is_even : bool
         Whether rays are points of a sequence, which are most even in powers of two: then only these are foretold.
+    settings : dict
+        What is chosen, as a scene has it: sampling, surfaces, bands.
     """
 
     words: str
@@ -87,6 +89,7 @@ class Outlook:
     ray_s: float
     is_even: bool = False
     ray_share: dict[str, float] | None = None
+    settings: dict[str, Any] = field(default_factory=dict)
 
     @property
     def least_error(self) -> float:
@@ -119,6 +122,7 @@ class Outlook:
         """As the command line prints it; times and rays by the error in percent."""
         return {
             "choice": self.words,
+            "settings": self.settings,
             "scene": self.is_scene,
             "ray_share": self.ray_share,
             "pilot_rays": self.pilot_rays,

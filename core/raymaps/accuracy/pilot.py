@@ -19,7 +19,7 @@ from raymaps.accuracy.choices import Choice, choices, shared_by_need
 from raymaps.accuracy.outlook import Law, Outlook, Outlooks, Present
 from raymaps.compile import CompiledScene, compile_scene
 from raymaps.jit import kept_machine_code
-from raymaps.run import new_map
+from raymaps.run import COMPILING, new_map
 from raymaps.runner import Runner
 from raymaps.scene import Scene, load_scene
 from raymaps.store import RayMap
@@ -158,6 +158,7 @@ def forecast(
     *,
     seconds: float = 8.0,
     threads: int | None = None,
+    on_choice: Callable[[int, int, str], None] | None = None,
     on_note: Callable[[str], None] | None = None,
     stop: threading.Event | None = None,
 ) -> Outlooks:
@@ -172,8 +173,10 @@ def forecast(
         About how long to trace, for all choices together.
     threads : int, optional
         As of `raymaps.run.simulate`.
+    on_choice : function, optional
+        Called with the number of the choice that is being tried, how many there are, and what it is.
     on_note : function, optional
-        Called with what is being tried.
+        Called with a sentence where something takes long.
     stop : threading.Event, optional
         Once set, nothing further is begun.
 
@@ -185,7 +188,9 @@ def forecast(
         If ``stop`` was set.
     """
     began, is_cold = time.perf_counter(), not kept_machine_code()
-    threads, stop, note = threads or os.cpu_count() or 1, stop or threading.Event(), on_note or (lambda text: None)
+    threads, stop = threads or os.cpu_count() or 1, stop or threading.Event()
+    if on_note and is_cold:
+        on_note(COMPILING)
     raymap = RayMap.open(what) if not isinstance(what, Scene) and Path(what).is_dir() else None
     scene = raymap.scene if raymap is not None else what if isinstance(what, Scene) else load_scene(what)
     compiled = compile_scene(scene)
@@ -194,8 +199,9 @@ def forecast(
     trials: list[_Trial] = []
     chosen, loading_s = 0, 0.0
     with tempfile.TemporaryDirectory(prefix="raymaps-accuracy-") as folder:
-        for choice in given:
-            note(choice.words)
+        for number, choice in enumerate(given, 1):
+            if on_choice:
+                on_choice(number, len(given), choice.words)
             started = time.perf_counter() if trials else began
             trial = _Trial(choice, compile_scene(choice.scene) if trials else compiled, Path(folder), threads, stop,
                            started)  # fmt: skip
@@ -247,7 +253,7 @@ def _outlook(trial: _Trial, trials: list[_Trial], loading_s: float) -> Outlook:
     return Outlook(
         trial.choice.words, trial.choice.is_scene, total.n_rays, flux_w, stderr_w, trial.noise(), bias, bias_stderr,
         max(trial.start_s, trials[0].start_s) + loading_s, trial.ray_s, trial.is_even,
-        trial.choice.ray_share,
+        trial.choice.ray_share, trial.choice.settings,
     )  # fmt: skip
 
 

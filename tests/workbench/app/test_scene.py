@@ -67,6 +67,17 @@ class SceneTest(DocumentTest):
         scene, _ = self.export(study)
         self.assertEqual(scene["settings"], {"rays": 7, "seed": 8, "max_events": 9, "roulette_threshold": 0.25})
 
+    def test_sampling(self):
+        study, _, _ = self.full_study()
+        scene, _ = self.export(study)
+        self.assertEqual(study.Sampling, "Random")
+        self.assertNotIn("sampling", scene["settings"])
+        study.Sampling = "Sobol"
+        exported = export_study(study, self.folder)
+        with open(exported.path, encoding="utf-8") as file:
+            self.assertEqual(json.load(file)["settings"]["sampling"], "sobol")
+        self.assertEqual(check_scene(exported.path), [])
+
     def test_faceted_surfaces_and_priorities(self):
         study, _, _ = self.full_study()
         before = fingerprint(study)

@@ -10,7 +10,7 @@ import FreeCADGui
 from gui.window import WindowTest, spin, wait_until, window_picture
 from raymaps_wb.compat import QtCore, QtGui, QtWidgets
 from raymaps_wb.gui import false_colours
-from raymaps_wb.gui.detector_view import html
+from raymaps_wb.gui.detector_view import html, spread
 from raymaps_wb.gui.effects_view import lines, sentence
 from raymaps_wb.gui.result_tabs import DETECTORS
 from raymaps_wb.objects.detector import make_detector
@@ -85,6 +85,10 @@ class ResultsTest(WindowTest):
             pixmap = self.panel.detectors.picture.pixmap()
             self.assertEqual(pixmap is not None and not pixmap.isNull(), has_picture, name)
             self.picture_of(self.panel, f"detector_{name.replace(' ', '_')}.png")
+            self.assertEqual(self.panel.detectors.shown.isVisibleTo(self.panel.detectors), has_picture, name)
+            self.panel.detectors.shown.setCurrentIndex(1)
+            self.picture_of(self.panel, f"detector_{name.replace(' ', '_')}_error.png")
+            self.panel.detectors.shown.setCurrentIndex(0)
         self.ask("~true", 200)
         self.assertTrue(wait_until(lambda: "0 by 0 rays" in self.panel.detectors.text.text(), 30))
         # Far fields are saved as luminaires.
@@ -239,6 +243,30 @@ class ResultsTest(WindowTest):
         )
         self.assertIsNone(false_colours.read_map(os.path.join(self.folder, "gone.csv")))
         self.assertEqual(false_colours.colour(float("nan")), (128, 128, 128))
+
+    def test_errors_of_cells(self):
+        head = "x_mm,y_mm,flux_w,flux_stderr_w,irradiance_w_per_mm2\n"
+        path = data.write(self.folder, "map.csv", head + "0,0,0,1,0\n1,0,2,1,2\n0,2,4,0.1,4\n1,2,1,3,1\n")
+        maps = false_colours.read_maps(path)
+        errors = maps[false_colours.ERROR]
+        self.assertEqual(errors.name, "%")
+        self.assertTrue(errors.values[0][0] != errors.values[0][0])
+        self.assertEqual((errors.values[0][1], errors.values[1]), (50, [2.5, 300]))
+        self.assertIn("known to 50 % or better. Grey: 1 cell without light.", spread(errors.values))
+        image = false_colours.picture(errors, 300).toImage()
+        grey = QtGui.QColor(image.pixel(30, image.height() - 60))
+        self.assertEqual((grey.red(), grey.green(), grey.blue()), (128, 128, 128))
+        self.assertGreater(QtGui.QColor(image.pixel(int(0.75 * 222), 16 + 20)).red(), 230)  # 100 % and more
+        # In the tab it stands beside the light, where there is a map.
+        view = self.panel.detectors
+        view.show_answer({"flux_w": 7.0, "flux_stderr_w": 1.0}, path)
+        self.assertTrue(view.shown.isVisibleTo(view))
+        light = view.picture.pixmap().toImage()
+        view.shown.setCurrentIndex(1)
+        self.assertNotEqual(view.picture.pixmap().toImage(), light)
+        self.assertTrue(view.spread.isVisibleTo(view))
+        view.clear()
+        self.assertFalse(view.shown.isVisibleTo(view) or view.spread.isVisibleTo(view))
 
 
 class GlyphsTest(WindowTest):

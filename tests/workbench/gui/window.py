@@ -32,6 +32,7 @@ def wait_until(condition, limit_s=60):
         if time.monotonic() > end:
             return False
         QtCore.QCoreApplication.processEvents(QtCore.QEventLoop.AllEvents, 20)
+        time.sleep(0.005)  # the processor is the tracer's
     return True
 
 
