@@ -45,6 +45,8 @@ RAYS = tuple(256 * 4**k for k in range(7))
 FEWEST_SEEDS, MOST_SEEDS = 6, 64
 #: No run is begun whose seeds would take more than so many budgets.
 MOST_BUDGETS = 6
+#: Runs of fewer rays do not tell how long a ray takes.
+FEWEST_TIMED = 4096
 #: Error whose time is told, and rays of a run where the sampling makes little difference.
 ERROR, ROUGH_RAYS = 1e-3, 4096
 #: Scenes whose rays are stored in each way.
@@ -126,10 +128,10 @@ def measure_accuracy(folder: Path, *, quick: bool = False) -> WorkPrecision:
         precision
         for answer in known.values()
         for choice, sampling in itertools.product(answer.choices, SAMPLING)
-        for precision in _precisions(answer, choice, sampling, 0.1 if quick else 0.4)
+        for precision in _precisions(answer, choice, sampling, 0.1 if quick else 0.35)
     ]
     gains = [_smooth_gain(known[name], precisions) for name in SMOOTH]
-    gains += [_rough_gain(known[name], 2.0 if quick else 18.0) for name in ROUGH]
+    gains += [_rough_gain(known[name], 2.0 if quick else 16.0) for name in ROUGH]
     foretold = [
         one
         for name in SCENES
@@ -154,9 +156,9 @@ def _precisions(answer: Answer, choice: Choice, sampling: str, budget_s: float) 
         errors, seconds = [], []
         for seed in range(1, MOST_SEEDS + 1):
             started = time.perf_counter()
-            portion = runs.trace(rays, seed)
+            portions = runs.trace(rays, seed)
             seconds.append(time.perf_counter() - started)
-            errors.append(runs.errors(portion))
+            errors.append(runs.errors(portions))
             if seed >= FEWEST_SEEDS and sum(seconds) > budget_s:
                 break
         run_s = float(np.median(seconds))
@@ -189,7 +191,7 @@ def _smooth_gain(answer: Answer, precisions: list[Precision]) -> Gain:
     for sampling in SAMPLING:
         points = [p for p in precisions if (p.scene, p.choice, p.sampling) == (answer.name, choice, sampling)]
         log_rays, uncertainty = _log_rays_to(ERROR, points, sampling)
-        ray_s = points[-1].run_s / points[-1].rays
+        ray_s = float(np.median([p.run_s / p.rays for p in points if p.rays >= FEWEST_TIMED]))
         times[sampling] = (math.exp(log_rays) * ray_s, uncertainty)
     (random_s, a), (sobol_s, b) = times["random"], times["sobol"]
     ratio = sobol_s / random_s
@@ -226,12 +228,12 @@ def _rough_gain(answer: Answer, budget_s: float) -> Gain:
             break
         for sampling in SAMPLING if seed % 2 else SAMPLING[::-1]:
             started = time.perf_counter()
-            portion = runs[sampling].trace(ROUGH_RAYS, seed)
+            portions = runs[sampling].trace(ROUGH_RAYS, seed)
             seconds[sampling].append(time.perf_counter() - started)
             if sampling == "random":
-                light.append(runs[sampling].light(portion) - 1)
+                light.append(runs[sampling].light(portions) - 1)
             else:
-                pieces.append(runs[sampling].errors(portion))
+                pieces.append(runs[sampling].errors(portions))
     # the same number of rays: variance of a run
     of_rays, of_pieces = np.concatenate(light) ** 2 / ROUGH_RAYS, np.concatenate(pieces) ** 2 / PIECES
     random, sobol = of_rays.mean(), of_pieces.mean()

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from benchmarks.exact import BEAM_MM, FACETED_MM, GLASS, LENSES, best_focus_mm, rings_for
 from raymaps.compile import CompiledScene, compile_scene
 from raymaps.kinds import EventKind
+from raymaps.run import LARGEST_PORTION
 from raymaps.scene import Scene, load_scene
 from raymaps.spectral_data import illuminant
 from raymaps.trace import Tracer
@@ -67,19 +68,22 @@ class Runs:
         self._compiled = compile_scene(choice.scene.model_copy(update={"settings": settings}))
         self._tracer, self._answer = Tracer(self._compiled, 0), answer
 
-    def trace(self, rays: int, seed: int) -> TracedPortion:
-        """Rays of a seed."""
+    def trace(self, rays: int, seed: int) -> list[TracedPortion]:
+        """Rays of a seed, in portions as large as the program's."""
         self._tracer.seed = seed
-        return self._tracer.trace_portion(0, rays)
+        pieces = range(0, rays, LARGEST_PORTION)
+        return [self._tracer.trace_portion(first, min(LARGEST_PORTION, rays - first)) for first in pieces]
 
-    def light(self, portion: TracedPortion) -> Float:
+    def light(self, portions: list[TracedPortion]) -> Float:
         """What of each ray counts, relative to the true flux, (n_rays,)."""
-        return self._answer.counted(self._compiled, portion) / self._answer.true
+        return np.concatenate([self._answer.counted(self._compiled, one) for one in portions]) / self._answer.true
 
-    def errors(self, portion: TracedPortion) -> Float:
+    def errors(self, portions: list[TracedPortion]) -> Float:
         """Relative errors of `PIECES` independent parts, (PIECES,); their mean is that of the run."""
-        piece = portion.replicate if len(portion.replicate) else np.arange(len(portion.source)) % PIECES
-        return np.bincount(piece, self.light(portion), PIECES) / np.bincount(piece, minlength=PIECES) - 1
+        light = self.light(portions)
+        piece = np.concatenate([one.replicate for one in portions])
+        piece = piece if len(piece) else np.arange(len(light)) % PIECES
+        return np.bincount(piece, light, PIECES) / np.bincount(piece, minlength=PIECES) - 1
 
 
 def answers(folder: Path) -> dict[str, Answer]:

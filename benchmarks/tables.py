@@ -222,7 +222,7 @@ def _precisions(work: WorkPrecision) -> Section:
     note = (
         "Error: the root mean square over runs with seeds of their own, against the known flux; chance is told by the "
         "16 independent parts of each run, and what is wrong with a choice (facets, few bands) is in it. Traced on one "
-        "thread, a run as one portion. A tolerance is how far triangles lie from the surface."
+        "thread. A tolerance is how far triangles lie from the surface."
     )
     header = ("scene", "surfaces or bands", "sampling", "rays", "runs", "error, %", "median, ms")
     return Section("Error against time", note, header, tuple(rows))
@@ -240,7 +240,7 @@ def _gains(work: WorkPrecision) -> Section:
         f"Seconds on one thread to an error of {100 * ERROR:g} %, and their ratio with its standard error; exact "
         "surfaces, the most bands. Smooth: by powers of the number of rays that are fitted to the errors above. Rough: "
         f"by the variances of runs of {ROUGH_RAYS} rays that take turns, of independent rays by their spread, of "
-        "Sobol' points by their replicates; time as of independent rays."
+        "Sobol' points by their replicates."
     )
     header = ("scene", "", "random, s", "sobol, s", "sobol / random")
     return Section("What Sobol' points gain", note, header, tuple(rows))
