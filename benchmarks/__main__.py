@@ -49,6 +49,10 @@ def main() -> None:
     data = output.with_name(f"{output.stem.lower()}.json")
     data.write_text(json.dumps({"machine": machine, **plain(measured)}, indent=1) + "\n", encoding="utf-8")
     print(f"{output}\n{data}")
+    if arguments.output is None:
+        from docs.drawing.accuracy import draw
+
+        draw(data)
 
 
 def _arguments() -> argparse.Namespace:
@@ -64,6 +68,7 @@ def _arguments() -> argparse.Namespace:
 
 
 def _measure(folder: Path, arguments: argparse.Namespace, threads: int) -> Measured:
+    from benchmarks.accuracy import measure_accuracy
     from benchmarks.asking import measure_answers, measure_opening
     from benchmarks.effects import measure_effect_costs, measure_unused_effects
     from benchmarks.exact import measure_exact
@@ -101,9 +106,11 @@ def _measure(folder: Path, arguments: argparse.Namespace, threads: int) -> Measu
     focus_errors, exact_costs = measure_exact(
         folder / "exact", min(arguments.rays // 20, 50_000), repeats, 1 if arguments.quick else 12
     )
+    tell("error against time")
+    work_precision = measure_accuracy(folder / "accuracy", quick=arguments.quick)
     return Measured(
         tuple(speeds), tuple(sizes), tuple(openings), tuple(answers), tuple(results), tuple(unused), tuple(effects),
-        tuple(focus_errors), tuple(exact_costs),
+        tuple(focus_errors), tuple(exact_costs), work_precision,
     )  # fmt: skip
 
 

@@ -6,11 +6,12 @@ from __future__ import annotations
 from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
 
+from benchmarks.accuracy import ERROR, ROUGH_RAYS, WorkPrecision
 from benchmarks.asking import CONTESTANTS
 from benchmarks.targets import Measured, further_event_s, judge
 from benchmarks.timing import Timing, number, summary
 
-__all__ = ["Section", "plain", "sections"]
+__all__ = ["Section", "plain", "sections", "work_sections"]
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,7 @@ def sections(measured: Measured) -> list[Section]:
         _unused(measured),
         _effects(measured),
         _exact(measured),
+        *work_sections(measured.work_precision),
     ]  # fmt: skip
 
 
@@ -202,6 +204,89 @@ def _exact(m: Measured) -> Section:
         "over the same triangles, %",
     )  # fmt: skip
     return Section("Exact surfaces", note, header, tuple(rows))
+
+
+def work_sections(work: WorkPrecision) -> list[Section]:
+    """Tables of what errors cost."""
+    return [_precisions(work), _gains(work), _foretold(work), _stores(work)]
+
+
+def _precisions(work: WorkPrecision) -> Section:
+    rows = [
+        (
+            p.scene, p.choice, p.sampling, number(p.rays), str(p.seeds),
+            f"{_percent(p.error)} ± {_percent(p.error_stderr, 1)}", number(1e3 * p.run_s),
+        )
+        for p in work.precisions
+    ]  # fmt: skip
+    note = (
+        "Error: the root mean square over runs with seeds of their own, against the known flux; chance is told by the "
+        "16 independent parts of each run, and what is wrong with a choice (facets, few bands) is in it. Traced on one "
+        "thread. A tolerance is how far triangles lie from the surface."
+    )
+    header = ("scene", "surfaces or bands", "sampling", "rays", "runs", "error, %", "median, ms")
+    return Section("Error against time", note, header, tuple(rows))
+
+
+def _gains(work: WorkPrecision) -> Section:
+    rows = [
+        (
+            g.scene, "smooth" if g.is_smooth else "rough", number(g.random_s), number(g.sobol_s),
+            f"{number(g.ratio)} ± {number(g.ratio_stderr, 2)}",
+        )
+        for g in work.gains
+    ]  # fmt: skip
+    note = (
+        f"Seconds on one thread to an error of {100 * ERROR:g} %, and their ratio with its standard error; exact "
+        "surfaces, the most bands. Smooth: by powers of the number of rays that are fitted to the errors above. Rough: "
+        f"by the variances of runs of {ROUGH_RAYS} rays that take turns, of independent rays by their spread, of "
+        "Sobol' points by their replicates."
+    )
+    header = ("scene", "", "random, s", "sobol, s", "sobol / random")
+    return Section("What Sobol' points gain", note, header, tuple(rows))
+
+
+def _foretold(work: WorkPrecision) -> Section:
+    rows = [
+        (
+            f.scene, f.choice, f"{_percent(f.error)}", number(f.foretold_rays), number(f.rays),
+            number(f.rays / f.foretold_rays), number(f.foretold_s), number(f.tracing_s),
+            number(f.tracing_s / f.foretold_s),
+        )
+        for f in work.foretold
+    ]  # fmt: skip
+    note = (
+        "What `raymaps accuracy` foretells for an error by a pilot of some seconds, and what runs of so many rays (of "
+        "Sobol' points six) show that it takes; on all threads, stored."
+    )
+    header = (
+        "scene", "choice", "error, %", "rays, foretold", "needed", "factor", "s, foretold", "needed", "factor",
+    )  # fmt: skip
+    return Section("Forecasts", note, header, tuple(rows))
+
+
+def _stores(work: WorkPrecision) -> Section:
+    rows = [
+        (
+            s.scene, s.light, str(s.bands), summary(s.trace, 1e3), summary(s.store, 1e3), summary(s.raw_write, 1e3),
+            number(s.raw_bytes / s.segments), summary(s.write, 1e3), number(s.bytes / s.segments),
+        )
+        for s in work.stores
+    ]  # fmt: skip
+    note = (
+        f"{number(work.stores[0].rays)} rays on one thread; ms, and bytes a segment. Maps are always compressed. For "
+        "comparison their columns are written a second time: raw as numbers of full width, and as maps are written. "
+        "Light that several events have alike is stored once, in raw files too."
+    )
+    header = (
+        "scene", "light", "bands", "trace", "trace and store", "write raw", "raw, B", "write compressed",
+        "compressed, B",
+    )  # fmt: skip
+    return Section("Ways to store light", note, header, tuple(rows))
+
+
+def _percent(error: float, digits: int = 2) -> str:
+    return number(100 * error, digits)
 
 
 def plain(value: Any) -> Any:

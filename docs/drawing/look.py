@@ -35,8 +35,8 @@ def size(width: float, height: float) -> Figure:
     return Figure(figsize=(width, height), facecolor="white", layout="constrained")
 
 
-def save(figure: Figure | Image.Image, name: str) -> None:
-    """Save a figure or an image with as many colours as a small file has room for."""
+def save(figure: Figure | Image.Image, name: str, page: str = "optics") -> None:
+    """Save a figure or an image of a page with as many colours as a small file has room for."""
     drawn = io.BytesIO()
     if isinstance(figure, Image.Image):
         figure.save(drawn, format="png")
@@ -49,8 +49,8 @@ def save(figure: Figure | Image.Image, name: str) -> None:
         image.save(packed, format="png", optimize=True)
         if packed.tell() < _LARGEST_BYTES:
             break
-    (FOLDER / f"optics_{name}.png").write_bytes(packed.getvalue())
-    print(f"optics_{name}.png: {packed.tell() / 1000:.0f} kB, {colours} colours")
+    (FOLDER / f"{page}_{name}.png").write_bytes(packed.getvalue())
+    print(f"{page}_{name}.png: {packed.tell() / 1000:.0f} kB, {colours} colours")
 
 
 def colours_of(wavelength_nm: NDArray[np.float64]) -> NDArray[np.float64]:
