@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Time and error by number of rays, as a trial foretells them; in plain Python, for curves and sliders.
 
-error² = (a n^-p)² + bias²,        time = start + n (time of a ray).
+error² = (a n^-p)² + bias²,        time = start + n (time of a ray),
+
+where p is 1/2 for more rays than the trial knows it for.
 """
 
 import math
@@ -40,6 +42,7 @@ class Outlook:
         at_one, exponent = answer.get("error_at_one_ray"), answer.get("exponent")
         self.is_known = at_one is not None and exponent is not None and at_one > 0
         self._at_one, self._exponent = (float(at_one), float(exponent)) if self.is_known else (0.0, 0.5)
+        self._to_rays = float(answer.get("exponent_to_rays") or math.inf)
         bias, bias_stderr = answer.get("bias_percent"), answer.get("bias_stderr_percent")
         is_seen = bias is not None and abs(bias) >= SEEN * (bias_stderr or 0.0)
         self.bias = abs(float(bias)) / 100 if is_seen else 0.0
@@ -49,7 +52,8 @@ class Outlook:
 
     def noise(self, n_rays):
         """Relative error by chance."""
-        return self._at_one * n_rays**-self._exponent
+        held = min(n_rays, self._to_rays)
+        return self._at_one * held**-self._exponent * (held / n_rays) ** 0.5
 
     def error(self, n_rays):
         """Relative standard error, what the choice is always off included."""
@@ -68,6 +72,8 @@ class Outlook:
         if not self.is_known:
             return FINAL_RAYS
         needed = (self._at_one / FINAL_ERROR) ** (1 / self._exponent)
+        if needed > self._to_rays:
+            needed = self._to_rays * (self.noise(self._to_rays) / FINAL_ERROR) ** 2
         return int(min(max(needed, FINAL_RAYS), MOST_OF_SOBOL if self.is_even else MOST_RAYS))
 
     def stops(self, own_rays):
@@ -88,7 +94,8 @@ class Outlook:
 
 def forecast_of(answer):
     """What the command answered; raises KeyError, TypeError or ValueError if that is no forecast."""
-    outlooks = [Outlook(choice) for choice in answer["choices"]]
+    # shares of rays are the sources' own, not the study's
+    outlooks = [Outlook(choice) for choice in answer["choices"] if choice.get("ray_share") is None]
     if not outlooks:
         raise ValueError("no choices")
     return Forecast(str(answer["quantity"]), outlooks)
@@ -99,6 +106,8 @@ def _properties(settings):
     found = {}
     if "sampling" in settings:
         found["Sampling"] = SOBOL if settings["sampling"] == "sobol" else RANDOM
+    if "roulette_threshold" in settings:
+        found["RouletteThreshold"] = settings["roulette_threshold"]
     if "surfaces" in settings:
         found["Surfaces"] = FACETED if settings["surfaces"] == "faceted" else EXACT
     if "bands" in settings:

@@ -57,7 +57,10 @@ class Choice:
         """What is chosen, as a scene has it; ``bands`` None where light is red, green and blue."""
         own = self.scene.settings
         bands = None if "spectral" in own.without else own.spectrum.bands
-        return {"sampling": own.sampling, "surfaces": own.surfaces, "bands": bands}
+        return {
+            "sampling": own.sampling, "roulette_threshold": own.roulette_threshold, "surfaces": own.surfaces,
+            "bands": bands,
+        }  # fmt: skip
 
 
 def choices(scene: Scene, compiled: CompiledScene) -> tuple[Choice, ...]:
