@@ -34,7 +34,9 @@ def test_rays_and_time_to_an_error_are_foretold(tmp_path, name):
             f"{foretold_s:.2f} s; needed {real.rays:.0f} rays, {real.tracing_s:.2f} s: factors {real.rays / rays:.2f}, "
             f"{real.tracing_s / foretold_s:.2f}"
         )
-        assert 1 / 1.5 < real.rays / rays < 1.5
+        # errors by 16 replicates are known to a quarter, so that rays are to a factor; of independent rays far better
+        limit = 2.5 if one.is_even else 1.25
+        assert 1 / limit < real.rays / rays < limit
         assert 1 / 4 < real.tracing_s / foretold_s < 4  # machines are busy while tests run
 
 

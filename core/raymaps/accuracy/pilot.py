@@ -34,12 +34,12 @@ GROUPS, FIRST_SIZE = 16, 64
 WARM_ROUNDS = 1
 #: Last rounds whose pieces are fitted, and last ones that are fitted as a whole; the exponents that there may be; up to
 #: how many times its rays the pilot knows them.
-PIECES, ROUNDS = 2, 3
+PIECES, ROUNDS = 1, 3
 LEAST_EXPONENT, MOST_EXPONENT, TRUSTED = 0.5, 1.5, 16
 #: Sharing rays by need is a choice where it saves so many of them.
 SAVED = 0.05
-#: Share of the time that is spent on timing.
-TIMED = 0.25
+#: Share of the time that pieces take at least by which rays are timed.
+TIMED = 0.1
 #: Rays that a piece has at most.
 LARGEST_PIECE = 65_536
 
@@ -109,14 +109,20 @@ class _Trial:
         return tally.flux(self.raymap.source_flux_w, self.quantity.exact)[0]
 
     def time(self, seconds: float) -> None:
-        """Trace pieces of the size of a real run's portions, one a thread, for about so long: what a ray takes."""
-        last = self.rounds[-1]
-        size = int(seconds * GROUPS * last.size / last.seconds / self.threads)
-        size = min(max(size, last.size), LARGEST_PIECE)
-        first = GROUPS * (last.size << 1)
-        began = time.perf_counter()
-        self.runner.apart(((first + k * size, size) for k in range(self.threads)), self.seed, self.quantity.tally)
-        self.ray_s = (time.perf_counter() - began) / (self.threads * size)
+        """Find what a ray takes: trace and store pieces, one a thread, larger ones until they take so long.
+
+        Portions of a run are as large, and take a time of their own beside that of their rays.
+        """
+        size, first = self.rounds[-1].size, GROUPS * (self.rounds[-1].size << 1)
+        while True:
+            began = time.perf_counter()
+            pieces = [(first + k * size, size) for k in range(self.threads)]
+            self.runner.apart(iter(pieces), self.seed, lambda portion: None)
+            taken_s = time.perf_counter() - began
+            if taken_s > seconds or size == LARGEST_PIECE:
+                break
+            size = min(4 * size, LARGEST_PIECE)
+        self.ray_s = taken_s / (self.threads * size)
 
     def need(self) -> Float | None:
         """What sources add to the error, see `shared_by_need`; None where shares as they are do nearly as well."""
