@@ -125,3 +125,10 @@ def test_a_mixture_of_two_alike_is_theirs():
     a, b = np.array([3.0, 40.0]), np.array([9.0, 2000.0])
     found = mixture_quantile(np.array([0.025, 0.975]), np.stack([a, a]), np.stack([b, b]))
     assert found == pytest.approx(stats.beta.ppf(np.array([[0.025], [0.975]]), a, b), rel=5e-3)
+
+
+def test_light_that_rounding_adds_is_none():
+    """A medium that took less than float32 tells of 100,000 rays: as if no ray counted, three rays at most."""
+    low, high = confidence_interval([1.0], [100_000.0], [[-0.0029802322387695312]], [[8.88e-11]])
+    assert low[0] <= 0
+    assert high[0] == pytest.approx(3 / 100_000, rel=0.01)

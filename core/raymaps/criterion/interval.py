@@ -101,7 +101,7 @@ def _limits_w(samples: Float, tail: float) -> tuple[Float, Float]:
     n = np.maximum(n, 1.0)
     total = np.clip(total, 0.0, n * most)
     # rays in replicates may be as uncertain as fewer, heavier ones
-    heavier = squares > total * most * (1 + _OF_LIGHT)
+    heavier = (total > 0) & (squares > total * most * (1 + _OF_LIGHT))
     most = np.where(heavier, squares / np.where(total > 0, total, 1.0), most)
     squares = np.minimum(squares, total * most)
     lacks, lack_squares = n * most - total, n * most**2 - 2 * most * total + squares
