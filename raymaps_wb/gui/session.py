@@ -138,8 +138,8 @@ class StudySession(QtCore.QObject):
         self._explanation.start()
 
     def _stop_explaining(self):
-        if self._explanation is not None and self._explanation.process.is_running():
-            self._explanation.stop()
+        if self._explanation is not None and self._explanation.is_running():
+            self._explanation.forget()
         self._explanation = None
 
     def cancel(self):

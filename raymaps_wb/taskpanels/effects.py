@@ -109,8 +109,8 @@ class EffectsEditor:
         self._about.setText(text)
 
     def _forget(self):
-        if self._explanation is not None and self._explanation.process.is_running():
-            self._explanation.stop()
+        if self._explanation is not None and self._explanation.is_running():
+            self._explanation.forget()
         self._explanation = None
         if self._folder is not None:
             self._folder.cleanup()

@@ -1,19 +1,17 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Which effects a scene calls for: ``raymaps explain SCENE --json`` in a process of its own."""
 
-import json
 from collections import namedtuple
 
 from raymaps_wb.compat import QtCore
-from raymaps_wb.tracer.interpreter import child_environment, find_interpreter, tracer_arguments
-from raymaps_wb.tracer.process import LineProcess, last_sentence
+from raymaps_wb.tracer.command import TracerCommand
 
 #: name, summary: text. needed: whether a run simulates it. because: tuple of reasons, also of what is switched off.
 #: off: what takes its place if it is switched off, else empty. share: of the time that a map took; None if not known.
 Effect = namedtuple("Effect", "name summary needed because off share", defaults=(None,))
 
 
-class Explanation(QtCore.QObject):
+class Explanation(TracerCommand):
     """Asks for the effects of one scene, or of one Ray Map.
 
     Signals: ``explained(list of Effect)``; ``failed(str)`` with one sentence.
@@ -24,32 +22,17 @@ class Explanation(QtCore.QObject):
 
     def __init__(self, scene, parent=None):
         """Raises `TracerError` if there is no interpreter."""
-        super().__init__(parent)
-        self._text = ""
-        arguments = tracer_arguments(["explain", scene, "--json"])
-        self.process = LineProcess(find_interpreter().path, arguments, child_environment(), self)
-        self.process.line.connect(self._line)
-        self.process.ended.connect(self._end)
+        super().__init__(["explain", scene, "--json"], parent)
+        self._answer = None
 
-    def start(self):
-        """Start asking; returns at once."""
-        self.process.start()
-
-    def stop(self):
-        """Ask no more; nothing is told."""
-        self.process.ended.disconnect(self._end)
-        self.process.stop()
-
-    def _line(self, text):
-        self._text += text + "\n"
+    def _hear(self, event, message):
+        self._answer = message
 
     def _end(self, code, crashed):
         try:
-            effects = effects_of(json.loads(self._text))
+            effects = effects_of(self._answer)
         except (ValueError, KeyError, TypeError):
-            said = last_sentence(self.process.errors)
-            how = "crashed or was killed" if crashed else f"ended with exit code {code}"
-            self.failed.emit(said if code == 3 and said else f"The tracer {how} before it told the effects.")
+            self.failed.emit(self._why(code, crashed, "told the effects"))
             return
         self.explained.emit(effects)
 

@@ -15,7 +15,8 @@ from raymaps.criterion import confidence_interval, query
 from raymaps.results.detector import evaluate_detector
 from raymaps.results.ledger import energy_ledger
 from tests.accuracy.runs import N_RUNS, runs
-from tests.physics.scenes import body, box, disc, disc_source, rectangle, write_scene
+from tests.accuracy.scenes import BLACK, LAMP_FLUX_W, LAMP_HEIGHT_MM, slab, slab_flux_w, two_lamps, two_mirrors
+from tests.physics.scenes import body, disc, write_scene
 from tests.physics.test_view_factors import coaxial_discs
 
 #: One sigma of a coverage of 95 %.
@@ -66,15 +67,13 @@ def covers(figures, name, truth):
 
 
 RAYS_OF_A = 500
-FLUX_W = {"A": 1.0, "B": 3.0}
-HEIGHT_MM = {"A": 1.0, "B": 2.0}
 #: Expected rays of A in a region, by its name.
 EXPECTED = {"rare": 20.0, "few": 8.0, "three": 2.9, "two": 2.0, "one": 1.0}
 
 
 def share(source, radius_mm):
     """Of a point's light that meets a circle below it: its solid angle over 4 pi."""
-    return (1 - 1 / math.hypot(1, radius_mm / HEIGHT_MM[source])) / 2
+    return (1 - 1 / math.hypot(1, radius_mm / LAMP_HEIGHT_MM[source])) / 2
 
 
 def radius_of(expected):
@@ -85,16 +84,7 @@ def radius_of(expected):
 @pytest.fixture(scope="module")
 def lamps(tmp_path_factory):
     folder = tmp_path_factory.mktemp("lamps")
-    scene = write_scene(
-        folder,
-        {"Floor": body(box((-20, -20, -2), (20, 20, -1)), "black")},
-        surfaces={"black": {"kind": "absorber"}},
-        sources={
-            name: {"kind": "point", "flux_w": FLUX_W[name], "position_mm": [0, 0, HEIGHT_MM[name]], "ray_share": 1}
-            for name in FLUX_W
-        },
-        detectors={"D": rectangle((0, 0, 0), 20, 20, resolution=[1, 1])},
-    )
+    scene = two_lamps(folder)
     found = Figures()
     for run in runs(folder, scene, 2 * RAYS_OF_A):
         found.queried("by criterion", query(run, "from(A) & detector(D, ellipse=(0,0,1,1))"))
@@ -117,7 +107,7 @@ def lamps(tmp_path_factory):
         ("region", share("A", 1) + 3 * share("B", 1)),
         ("region of one", 3 * share("B", 2)),
         ("rare", EXPECTED["rare"] / RAYS_OF_A),
-        ("rare of two", sum(FLUX_W[s] * share(s, radius_of(EXPECTED["rare"])) for s in FLUX_W)),
+        ("rare of two", sum(LAMP_FLUX_W[s] * share(s, radius_of(EXPECTED["rare"])) for s in LAMP_FLUX_W)),
     ],
 )
 def test_regions_criteria_and_rare_events(lamps, name, truth):
@@ -156,7 +146,7 @@ def discs(tmp_path_factory):
     scene = write_scene(
         folder,
         {"Lamp": body(disc(1, 64), "black"), "Target": body(disc(2, 64, up=False).moved(0, 0, 0.5), "black")},
-        surfaces={"black": {"kind": "absorber"}},
+        surfaces={"black": BLACK},
         sources={"S": {"kind": "faces", "flux_w": 2.5, "body": "Lamp"}},
         detectors={"T": {"kind": "face", "body": "Target"}},
     )
@@ -202,22 +192,7 @@ BEAM_RAYS = 400
 @pytest.fixture(scope="module")
 def mirrors(tmp_path_factory):
     folder = tmp_path_factory.mktemp("mirrors")
-    scene = write_scene(
-        folder,
-        {
-            "Bright": body(box((-3, -3, -1), (0, 3, 0)), "bright"),
-            "Dull": body(box((0, -3, -1), (3, 3, 0)), "dull"),
-        },
-        surfaces={
-            name: {"kind": "mirror", "reflectance": r} for name, r in zip(("bright", "dull"), REFLECTANCES, strict=True)
-        },
-        sources={"Beam": disc_source((0, 0, 3), (0, 0, -1), 1)},
-        detectors={
-            "Both": rectangle((0, 0, 1), 8, 8, side="both", resolution=[1, 1]),
-            "Up": rectangle((0, 0, 1), 8, 8, side="back", resolution=[1, 1]),
-        },
-        settings={"roulette_threshold": 0},
-    )
+    scene = two_mirrors(folder, REFLECTANCES, 0)
     found = Figures()
     strip = (-STRIP_MM, -3, STRIP_MM, 3)
     for run in runs(folder, scene, BEAM_RAYS):
@@ -267,18 +242,9 @@ def test_crossings_are_no_samples(mirrors):
 
 
 @pytest.fixture(scope="module")
-def slab(tmp_path_factory):
+def of_slab(tmp_path_factory):
     folder = tmp_path_factory.mktemp("slab")
-    scene = write_scene(
-        folder,
-        {
-            "Slab": body(box((-5, -5, 0), (5, 5, 1)), "clear", "glass"),
-            "Floor": body(box((-5, -5, -3), (5, 5, -2)), "black"),
-        },
-        media={"glass": {"refractive_index": 1.5, "absorption_per_mm": 0.3}},
-        surfaces={"clear": {"kind": "fresnel"}, "black": {"kind": "absorber"}},
-        sources={"Beam": disc_source((0, 0, 3), (0, 0, -1), 1, 2.0)},
-    )
+    scene = slab(folder)
     found = Figures()
     for run in runs(folder, scene, 400):
         ledger = energy_ledger(run)
@@ -289,13 +255,5 @@ def slab(tmp_path_factory):
 
 
 @pytest.mark.parametrize("name", ["reflected", "absorbed", "transmitted"])
-def test_a_slab(slab, name):
-    """R, T and A of a slab without interference: geometric series over the ways to and fro."""
-    r, through = 0.04, math.exp(-0.3)
-    transmitted = (1 - r) ** 2 * through / (1 - (r * through) ** 2)
-    reflected = r + r * (1 - r) ** 2 * through**2 / (1 - (r * through) ** 2)
-    covers(
-        slab,
-        name,
-        2.0 * {"reflected": reflected, "transmitted": transmitted, "absorbed": 1 - reflected - transmitted}[name],
-    )
+def test_a_slab(of_slab, name):
+    covers(of_slab, name, slab_flux_w()[name])

@@ -15,6 +15,16 @@ from raymaps.criterion import estimate_flux, query
 from raymaps.results.detector import evaluate_detector
 from raymaps.results.ledger import energy_ledger
 from tests.accuracy.runs import N_RUNS, runs
+from tests.accuracy.scenes import (
+    BLACK,
+    LAMP_FLUX_W,
+    LAMP_HEIGHT_MM,
+    SLAB_FLUX_W,
+    slab,
+    slab_flux_w,
+    two_lamps,
+    two_mirrors,
+)
 from tests.accuracy.test_coverage import Figures
 from tests.physics.scenes import body, box, disc_source, rectangle, write_scene
 from tests.physics.test_integrating_sphere import sphere_with_port
@@ -24,7 +34,6 @@ WIDER = 2.13145 / 1.95996
 #: One sigma of a spread that so many runs tell, relative.
 SIGMA_OF_SPREAD = 1 / math.sqrt(2 * N_RUNS)
 SOBOL = {"sampling": "sobol"}
-BLACK = {"kind": "absorber"}
 
 
 def covers(figures, name, truth):
@@ -51,8 +60,6 @@ def gain(figures, name, flux_w, n_rays):
 
 
 RAYS_OF_A = 500
-FLUX_W = {"A": 1.0, "B": 3.0}
-HEIGHT_MM = {"A": 1.0, "B": 2.0}
 REGION = (-0.4, 0.1, 1.1, 0.9)
 
 
@@ -60,7 +67,7 @@ def share(source, x0, y0, x1, y1):
     """Of a point's light that meets a rectangle below it: its solid angle over 4 pi."""
 
     def corner(x, y):
-        h = HEIGHT_MM[source]
+        h = LAMP_HEIGHT_MM[source]
         return math.atan(x * y / (h * math.sqrt(x * x + y * y + h * h)))
 
     return (corner(x1, y1) - corner(x0, y1) - corner(x1, y0) + corner(x0, y0)) / (4 * math.pi)
@@ -81,17 +88,7 @@ RARE = square(20)
 @pytest.fixture(scope="module")
 def lamps(tmp_path_factory):
     folder = tmp_path_factory.mktemp("lamps")
-    scene = write_scene(
-        folder,
-        {"Floor": body(box((-20, -20, -2), (20, 20, -1)), "black")},
-        surfaces={"black": BLACK},
-        sources={
-            name: {"kind": "point", "flux_w": FLUX_W[name], "position_mm": [0, 0, HEIGHT_MM[name]], "ray_share": 1}
-            for name in FLUX_W
-        },
-        detectors={"D": rectangle((0, 0, 0), 20, 20, resolution=[1, 1])},
-        settings=SOBOL,
-    )
+    scene = two_lamps(folder, **SOBOL)
     found = Figures()
     region, rare = (",".join(str(x) for x in rect) for rect in (REGION, RARE))
     for run in runs(folder, scene, 2 * RAYS_OF_A):
@@ -116,12 +113,12 @@ def independent(run):
 @pytest.mark.parametrize(
     ("name", "truth"),
     [
-        ("total", sum(FLUX_W[s] * share(s, -10, -10, 10, 10) for s in FLUX_W)),
-        ("of two sources", sum(FLUX_W[s] * share(s, *REGION) for s in FLUX_W)),
-        ("region", sum(FLUX_W[s] * share(s, *REGION) for s in FLUX_W)),
+        ("total", sum(LAMP_FLUX_W[s] * share(s, -10, -10, 10, 10) for s in LAMP_FLUX_W)),
+        ("of two sources", sum(LAMP_FLUX_W[s] * share(s, *REGION) for s in LAMP_FLUX_W)),
+        ("region", sum(LAMP_FLUX_W[s] * share(s, *REGION) for s in LAMP_FLUX_W)),
         ("filtered", share("A", *REGION)),
         ("rare", 20 / RAYS_OF_A),
-        ("rare of two", sum(FLUX_W[s] * share(s, *RARE) for s in FLUX_W)),
+        ("rare of two", sum(LAMP_FLUX_W[s] * share(s, *RARE) for s in LAMP_FLUX_W)),
     ],
 )
 def test_regions_criteria_and_rare_events(lamps, name, truth):
@@ -143,19 +140,9 @@ def test_light_of_a_point_gains(lamps):
 
 
 @pytest.fixture(scope="module")
-def slab(tmp_path_factory):
+def of_slab(tmp_path_factory):
     folder = tmp_path_factory.mktemp("slab")
-    scene = write_scene(
-        folder,
-        {
-            "Slab": body(box((-5, -5, 0), (5, 5, 1)), "clear", "glass"),
-            "Floor": body(box((-5, -5, -3), (5, 5, -2)), "black"),
-        },
-        media={"glass": {"refractive_index": 1.5, "absorption_per_mm": 0.3}},
-        surfaces={"clear": {"kind": "fresnel"}, "black": BLACK},
-        sources={"Beam": disc_source((0, 0, 3), (0, 0, -1), 1, 2.0)},
-        settings=SOBOL,
-    )
+    scene = slab(folder, **SOBOL)
     found = Figures()
     for run in runs(folder, scene, 400):
         ledger = energy_ledger(run)
@@ -167,17 +154,12 @@ def slab(tmp_path_factory):
 
 
 @pytest.mark.parametrize("name", ["reflected", "absorbed", "absorbed by all", "transmitted"])
-def test_a_slab(slab, name):
-    """R, T and A of a slab without interference: geometric series over the ways to and fro."""
-    r, through = 0.04, math.exp(-0.3)
-    transmitted = (1 - r) ** 2 * through / (1 - (r * through) ** 2)
-    reflected = r + r * (1 - r) ** 2 * through**2 / (1 - (r * through) ** 2)
-    shares = {"reflected": reflected, "transmitted": transmitted, "absorbed by all": 1 - reflected}
-    covers(slab, name, 2.0 * shares.get(name, 1 - reflected - transmitted))
+def test_a_slab(of_slab, name):
+    covers(of_slab, name, slab_flux_w()[name])
 
 
-def test_what_happens_at_the_first_events_gains(slab):
-    assert gain(slab, "absorbed", 2.0, 400) > 3
+def test_what_happens_at_the_first_events_gains(of_slab):
+    assert gain(of_slab, "absorbed", SLAB_FLUX_W, 400) > 3
 
 
 #: Of two mirrors, and where they meet under a beam of radius 1 mm.
@@ -188,19 +170,7 @@ EDGE_MM = 0.3
 @pytest.fixture(scope="module")
 def mirrors(tmp_path_factory):
     folder = tmp_path_factory.mktemp("mirrors")
-    scene = write_scene(
-        folder,
-        {
-            "Bright": body(box((-3, -3, -1), (EDGE_MM, 3, 0)), "bright"),
-            "Dull": body(box((EDGE_MM, -3, -1), (3, 3, 0)), "dull"),
-        },
-        surfaces={
-            name: {"kind": "mirror", "reflectance": r} for name, r in zip(("bright", "dull"), REFLECTANCES, strict=True)
-        },
-        sources={"Beam": disc_source((0, 0, 3), (0, 0, -1), 1)},
-        detectors={"Both": rectangle((0, 0, 1), 8, 8, side="both", resolution=[1, 1])},
-        settings={"roulette_threshold": 0, **SOBOL},
-    )
+    scene = two_mirrors(folder, REFLECTANCES, EDGE_MM, **SOBOL)
     found = Figures()
     for run in runs(folder, scene, 800):
         found.detected("twice", evaluate_detector(run, "Both"))

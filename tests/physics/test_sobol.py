@@ -120,7 +120,8 @@ def test_samples_are_coordinates_where_there_are_some_and_random_elsewhere():
     key = key_of(160)
     for event, purpose in ((0, ON_SURFACE), (0, EMIT_PLACE), (2, ON_SURFACE), (2, ON_SURFACE_MORE), (900, COLLAPSE)):
         found = _samples(key, event, purpose)
-        assert (found > 0).all() and (found < 1).all()  # noqa: PT018
+        assert (found > 0).all()
+        assert (found < 1).all()
         random = np.array([uniforms(key.seed, np.uint64(i), event, purpose) for i in range(160)])
         for number, dimension in enumerate(DIMENSION[min(event, len(DIMENSION) - 1), purpose]):
             expected = random[:, number]

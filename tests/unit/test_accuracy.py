@@ -18,7 +18,8 @@ PLAIN = Law(1.0, 0.5)
 
 
 def outlook(words="a", noise=PLAIN, bias=None, bias_stderr=None, ray_s=1e-6, is_even=False):
-    return Outlook(words, words == "a", 1000, 1.0, 0.01, noise, bias, bias_stderr, 2.0, ray_s, is_even)
+    settings = {"sampling": "sobol" if is_even else "random"}
+    return Outlook(words, words == "a", 1000, 1.0, 0.01, noise, bias, bias_stderr, 2.0, ray_s, settings)
 
 
 def test_a_law_and_its_inverse():

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.scene import Scene, Settings
+from raymaps.scene.exact_surfaces import CurvedSurface
 
 if TYPE_CHECKING:
     from raymaps.compile import CompiledScene
@@ -54,7 +55,7 @@ class Choice:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """What is chosen, as a scene has it; ``bands`` None where light is red, green and blue."""
+        """What is chosen, as a scene has it; ``bands`` None where spectra are switched off."""
         own = self.scene.settings
         bands = None if "spectral" in own.without else own.spectrum.bands
         return {
@@ -66,10 +67,12 @@ class Choice:
 def choices(scene: Scene, compiled: CompiledScene) -> tuple[Choice, ...]:
     """The scene as it is, with other sampling, losses, surfaces, bands; one changed at a time.
 
-    Surfaces can be chosen where faces have exact ones, bands where the scene calls for spectra.
+    Surfaces can be chosen where curved faces have exact ones, bands where the scene calls for spectra.
     """
     own, bands = scene.settings, scene.settings.spectrum.bands
-    has_exact = own.surfaces == "faceted" or bool((compiled.boundary.tables.exact.face >= 0).any())
+    has_exact = any(
+        isinstance(face.surface, CurvedSurface) for body in scene.bodies.values() for face in body.geometry.faces or ()
+    )
     finest = own.model_copy(update={"surfaces": "exact"}) if has_exact else own
     given = [own, own.model_copy(update={"sampling": "random" if own.sampling == "sobol" else "sobol"})]
     given.append(own.model_copy(update={"roulette_threshold": DRAWN if own.roulette_threshold < DRAWN else WEIGHED}))

@@ -11,7 +11,7 @@ else (facets in place of the surface, fewer bands) leaves a bias that no number 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from raymaps.units import format_duration
@@ -69,12 +69,10 @@ class Outlook:
         Relative to the flux of the finest choice, from the same rays; None of the finest itself.
     start_s, ray_s : float
         Time before the first ray, and of a ray, in all threads together.
+    settings : dict
+        What is chosen, as a scene has it: sampling, roulette threshold, surfaces, bands.
     ray_share : dict or None
         The sources' shares of the rays, where they are not as the scene says.
-    is_even : bool
-        Whether rays are points of a sequence, which are most even in powers of two: then only these are foretold.
-    settings : dict
-        What is chosen, as a scene has it: sampling, surfaces, bands.
     """
 
     words: str
@@ -87,9 +85,13 @@ class Outlook:
     bias_stderr: float | None
     start_s: float
     ray_s: float
-    is_even: bool = False
+    settings: dict[str, Any]
     ray_share: dict[str, float] | None = None
-    settings: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def is_even(self) -> bool:
+        """Whether rays are points of a sequence, which are most even in powers of two: only these are foretold."""
+        return bool(self.settings["sampling"] == "sobol")
 
     @property
     def least_error(self) -> float:

@@ -32,10 +32,12 @@ __all__ = ["forecast"]
 GROUPS, FIRST_SIZE = 16, 64
 #: The first round compiles, and fills caches: its time is none of its rays'.
 WARM_ROUNDS = 1
-#: Last rounds whose pieces are fitted, and last ones that are fitted as a whole; the exponents that there may be; up to
-#: how many times its rays the pilot knows them.
+#: Last rounds whose pieces are fitted, and last ones that are fitted as a whole.
 PIECES, ROUNDS = 1, 3
+#: Exponents of a law, and up to how many times its rays the pilot knows them.
 LEAST_EXPONENT, MOST_EXPONENT, TRUSTED = 0.5, 1.5, 16
+#: Powers of 1/n of which the variance of n points may be a sum: of light that is rough, cut by edges, and smooth.
+POWERS = (1.0, 1.5, 2.0, 3.0)
 #: Sharing rays by need is a choice where it saves so many of them.
 SAVED = 0.05
 #: Share of the time that pieces take at least by which rays are timed.
@@ -60,8 +62,9 @@ class _Trial:
     """Rounds of one choice."""
 
     def __init__(
-        self, choice: Choice, compiled: CompiledScene, folder: Path, threads: int, stop: threading.Event, began: float
-    ):
+        self, choice: Choice, compiled: CompiledScene, target: Target, folder: Path, threads: int,
+        stop: threading.Event, began: float,
+    ):  # fmt: skip
         self.choice = choice
         path = folder / f"{len(list(folder.iterdir()))}.raymap"
         manifest = new_map(path, choice.scene, compiled)
@@ -72,10 +75,36 @@ class _Trial:
         self.threads = threads
         self.raymap = RayMap.open(path)
         self.seed = pilot_seed(manifest.seed)
+        self.candidates = quantities(self.raymap, target)
+        self.chosen = 0
         self.rounds: list[_Round] = []
         self.ray_s = math.nan
-        self.quantity: Quantity
         self.start_s = time.perf_counter() - began
+
+    @property
+    def quantity(self) -> Quantity:
+        """What is meant."""
+        return self.candidates[self.chosen]
+
+    def choose(self, is_cold: bool) -> float:
+        """Choose which quantity is meant: of those that are met at all the least certain one.
+
+        Returns the time that loading took. Machine code is loaded with the first rays; where there is none yet, more
+        rays tell.
+        """
+        n_rays, taken_s, errors = GROUPS * FIRST_SIZE, 0.0, [math.inf]
+        flux_w = self.raymap.source_flux_w
+        for _ in range(2 if is_cold else 1):
+            began = time.perf_counter()
+            (tallies,) = self.runner.apart(
+                [(0, n_rays)], self.seed, lambda portion: [one.tally(portion) for one in self.candidates]
+            )
+            taken_s = time.perf_counter() - began
+            errors = [
+                tally.relative_error(flux_w, one.exact) for tally, one in zip(tallies, self.candidates, strict=True)
+            ]
+        self.chosen = max(range(len(errors)), key=lambda i: errors[i] if errors[i] < math.inf else -1.0)
+        return taken_s
 
     def run(self) -> None:
         """One round more."""
@@ -108,26 +137,35 @@ class _Trial:
         tally = _sum([one.tallies[group] for one in self.rounds[:n_rounds]])
         return tally.flux(self.raymap.source_flux_w, self.quantity.exact)[0]
 
-    def time(self, seconds: float) -> None:
-        """Find what a ray takes: trace and store pieces, one a thread, larger ones until they take so long.
+    def time_rays(self, seconds: float) -> None:
+        """Find what a ray takes: trace and store a piece a thread, larger ones, then more, until they take so long.
 
         Portions of a run are as large, and take a time of their own beside that of their rays.
         """
-        size, first = self.rounds[-1].size, GROUPS * (self.rounds[-1].size << 1)
+        size, first, n_pieces = self.rounds[-1].size, GROUPS * (self.rounds[-1].size << 1), self.threads
         while True:
             began = time.perf_counter()
-            pieces = [(first + k * size, size) for k in range(self.threads)]
+            pieces = [(first + k * size, size) for k in range(n_pieces)]
             self.runner.apart(iter(pieces), self.seed, lambda portion: None)
             taken_s = time.perf_counter() - began
-            if taken_s > seconds or size == LARGEST_PIECE:
+            if taken_s > seconds:
                 break
-            size = min(4 * size, LARGEST_PIECE)
-        self.ray_s = taken_s / (self.threads * size)
+            if size < LARGEST_PIECE:
+                size = min(4 * size, LARGEST_PIECE)
+            else:
+                n_pieces *= 4
+        self.ray_s = taken_s / (n_pieces * size)
 
     def need(self) -> Float | None:
-        """What sources add to the error, see `shared_by_need`; None where shares as they are do nearly as well."""
+        """What sources add to the error, see `shared_by_need`; None where shares as they are do nearly as well.
+
+        Of points of a sequence it is not known.
+        """
+        if self.is_even:
+            return None
         total, flux_w = self.total, self.raymap.source_flux_w
         rays, light, squares = (values.sum(axis=1) for values in (total.rays, total.total, total.squares))
+        rays = np.maximum(rays, 1.0)
         spread = np.maximum(squares / rays - (light / rays) ** 2, 0.0)
         need = np.asarray(flux_w * np.sqrt(np.where(self.quantity.exact, 0.0, spread)))
         if not need.sum() > 0 or len(need) < 2:
@@ -149,13 +187,31 @@ class _Trial:
             (GROUPS * one.size, [_sum(list(one.tallies)).flux(flux_w, exact)[1]]) for one in self.rounds[-ROUNDS:]
         ]
         found.append((total.n_rays, [stderr_w]))
-        rays = np.log([n for n, _ in found])
-        variance = np.array([np.mean(np.square(errors)) for _, errors in found])
-        if not variance.min() > 0:
-            return Law(0.0)
-        error = 0.5 * np.log(variance / mean_w**2)
-        exponent = min(max(-float(np.polyfit(rays, error, 1)[0]), LEAST_EXPONENT), MOST_EXPONENT)
-        return Law(math.exp(float(np.mean(error + exponent * rays))), exponent, TRUSTED * total.n_rays)
+        rays = np.array([n for n, _ in found], np.float64)
+        variance = np.array([np.mean(np.square(errors)) for _, errors in found]) / mean_w**2
+        return _law(rays, variance, total.n_rays) if variance.min() > 0 else Law(0.0)
+
+
+def _law(rays: Float, variance: Float, n_rays: int) -> Law:
+    """How the error of points of a sequence goes on after ``n_rays``, by the relative variances of fewer.
+
+    A power of the number of rays, fitted to them, goes on as steeply as it began. In a sum of powers the slowest takes
+    over, of which few rays show next to nothing. The truth lies between, and so does the law: midway between both where
+    the pilot ends and where it is trusted no further.
+    """
+    from scipy.optimize import nnls  # type: ignore[import-untyped]
+
+    steepness, at_one = np.polyfit(np.log(rays), np.log(variance), 1)
+    powers = np.array(POWERS)
+    parts, _ = nnls((rays[:, None] / n_rays) ** -powers / variance[:, None], np.ones(len(rays)))
+
+    def error(n: float) -> float:
+        power, sum_of_powers = math.exp(at_one) * n**steepness, parts @ (n / n_rays) ** -powers
+        return float(power * sum_of_powers) ** 0.25
+
+    exponent = math.log(error(n_rays) / error(TRUSTED * n_rays)) / math.log(TRUSTED)
+    exponent = min(max(exponent, LEAST_EXPONENT), MOST_EXPONENT)
+    return Law(error(n_rays) * n_rays**exponent, exponent, TRUSTED * n_rays)
 
 
 def forecast(
@@ -203,45 +259,28 @@ def forecast(
     check_target(target, compiled.names, scene.detectors)
     given = list(choices(scene, compiled))
     trials: list[_Trial] = []
-    chosen, loading_s = 0, 0.0
+    loading_s = 0.0
     with tempfile.TemporaryDirectory(prefix="raymaps-accuracy-") as folder:
         for number, choice in enumerate(given, 1):
             if on_choice:
                 on_choice(number, len(given), choice.words)
             started = time.perf_counter() if trials else began
-            trial = _Trial(choice, compile_scene(choice.scene) if trials else compiled, Path(folder), threads, stop,
-                           started)  # fmt: skip
-            candidates = quantities(trial.raymap, target)
-            if not trials:
-                chosen, loading_s = _least_certain(trial, candidates, is_cold)
-            trial.quantity = candidates[chosen]
+            trial = _Trial(choice, compile_scene(choice.scene) if trials else compiled, target, Path(folder), threads,
+                           stop, started)  # fmt: skip
+            if trials:
+                trial.chosen = trials[0].chosen
+            else:
+                loading_s = trial.choose(is_cold)
             share_s = seconds / len(given)
             while trial.can_grow((1 - TIMED) * share_s):
                 trial.run()
-            trial.time(TIMED * share_s)
+            trial.time_rays(TIMED * share_s)
             if not trials and (need := trial.need()) is not None:
                 given.insert(2, shared_by_need(choice, need))
             trials.append(trial)
         found = tuple(_outlook(trial, trials, loading_s) for trial in trials)
-        present = None if raymap is None else _present(raymap, quantities(raymap, target)[chosen])
+        present = None if raymap is None else _present(raymap, quantities(raymap, target)[trials[0].chosen])
     return Outlooks(trials[0].quantity.words, threads, time.perf_counter() - began, found, present)
-
-
-def _least_certain(trial: _Trial, candidates: tuple[Quantity, ...], is_cold: bool) -> tuple[int, float]:
-    """Which quantity is meant: of those that are met at all the least certain one; and the time that loading took.
-
-    Machine code is loaded with the first rays; where there is none yet, more rays tell what loading takes.
-    """
-    n_rays, taken_s, errors = GROUPS * FIRST_SIZE, 0.0, [math.inf]
-    flux_w = trial.raymap.source_flux_w
-    for _ in range(2 if is_cold else 1):
-        began = time.perf_counter()
-        (tallies,) = trial.runner.apart(
-            [(0, n_rays)], trial.seed, lambda portion: [one.tally(portion) for one in candidates]
-        )
-        taken_s = time.perf_counter() - began
-        errors = [tally.relative_error(flux_w, one.exact) for tally, one in zip(tallies, candidates, strict=True)]
-    return max(range(len(errors)), key=lambda i: errors[i] if errors[i] < math.inf else -1.0), taken_s
 
 
 def _present(raymap: RayMap, quantity: Quantity) -> Present:
@@ -258,8 +297,7 @@ def _outlook(trial: _Trial, trials: list[_Trial], loading_s: float) -> Outlook:
     bias, bias_stderr = (None, None) if like is finest else _bias(like, finest)
     return Outlook(
         trial.choice.words, trial.choice.is_scene, total.n_rays, flux_w, stderr_w, trial.noise(), bias, bias_stderr,
-        max(trial.start_s, trials[0].start_s) + loading_s, trial.ray_s, trial.is_even,
-        trial.choice.ray_share, trial.choice.settings,
+        max(trial.start_s, trials[0].start_s) + loading_s, trial.ray_s, trial.choice.settings, trial.choice.ray_share,
     )  # fmt: skip
 
 

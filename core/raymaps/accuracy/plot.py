@@ -63,7 +63,7 @@ def _draw(axes: Any, outlooks: Outlooks) -> None:
             continue
         times_s.append(tracing_s)
         label = one.words + (" (as the scene says)" if one.is_scene else "")
-        dashes = "--" if "Sobol'" in one.words else "-"
+        dashes = "--" if one.is_even else "-"
         axes.plot(tracing_s, percent, dashes, color=colour, linewidth=2.4 if one.is_scene else 1.5, label=label)
     present = outlooks.present
     if present is not None and present.error is not None:

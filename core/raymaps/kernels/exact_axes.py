@@ -7,6 +7,9 @@ from raymaps.jit import inlined_kernel, kernel
 
 __all__ = ["from_axes", "interval", "shares", "to_axes"]
 
+#: Of so many intervals at most each is looked at.
+_FEW = 4
+
 
 @kernel
 def to_axes(number, x, y, z):
@@ -43,8 +46,11 @@ def shares(sides, x, y, z):
 @inlined_kernel
 def interval(breaks, first, n, x):
     """Which of n intervals between breaks holds x, the outer ones what is past them; breaks are about even."""
-    if n == 1:
-        return 0
+    if n <= _FEW:
+        k = 0
+        for j in range(first + 1, first + n):
+            k += x >= breaks[j]
+        return k
     begin, end = breaks[first], breaks[first + n]
     k = min(max(int((x - begin) / (end - begin) * n), 0), n - 1)
     while k > 0 and x < breaks[first + k]:

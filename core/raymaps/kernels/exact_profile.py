@@ -69,12 +69,9 @@ def profile(exact, surface, v):
 
 
 @inlined_kernel
-def stepped(exact, surface, v, dv):
-    """A parameter after a step of at most a piece's width, see `within`."""
-    sheet = exact.sheet[surface]
-    j = interval(exact.breaks, sheet[6], sheet[2], v)
-    most = exact.breaks[sheet[6] + j + 1] - exact.breaks[sheet[6] + j]
-    return within(exact, surface, v + min(max(dv, -most), most))
+def stepped(exact, surface, v, db, scale):
+    """A parameter after a step ``db`` in widths of the piece, of one at most; ``scale`` is one over the width."""
+    return within(exact, surface, v + min(max(db, -1.0), 1.0) * (1.0 / scale))
 
 
 @inlined_kernel
@@ -156,7 +153,7 @@ def settle_on_profile(exact, surface, v, radius, height):
         step = (off_r * r1 + off_z * z1) / (bent if bent > 0.1 * square else square)
         if not math.isfinite(step):
             break
-        v = stepped(exact, surface, v, step / scale)
+        v = stepped(exact, surface, v, step, scale)
         if abs(step) < _LAST_STEP * min(1.0, abs(r)):
             break
     return v

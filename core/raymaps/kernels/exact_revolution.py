@@ -43,7 +43,7 @@ _ON_AXIS = 1e-9
 _NONE = (math.nan, 0.0, 0.0, 0.0)
 
 
-@kernel
+@inlined_kernel
 def meet_revolution(exact, surface, triangle, guess, towards, stands_on, px, py, pz, dx, dy, dz):
     """See `raymaps.kernels.exact.meet`."""
     number = exact.number[surface]
@@ -109,12 +109,12 @@ def _nearest(exact, surface, triangle, x, y, z):
 @inlined_kernel
 def _normal(number, nr, nz, x, y):
     """Own unit normal, in local axes, from its parts away from and along the axis, at a point at (x, y)."""
-    length = number[14] * math.sqrt(nr * nr + nz * nz)
+    share = number[14] / math.sqrt(nr * nr + nz * nz)
     across = math.sqrt(x * x + y * y)
     if across < 1e-150:
         across = math.hypot(x, y)
     ux, uy = (x / across, y / across) if across > 0.0 else (1.0, 0.0)
-    return nr / length * ux, nr / length * uy, nz / length
+    return nr * share * ux, nr * share * uy, nz * share
 
 
 @inlined_kernel
@@ -151,7 +151,7 @@ def _newton(exact, surface, v, t, qx, qy, qz, ex, ey, ez):
         more_t, more_b = (g1 * z1 - r1 * g2) * share, (ez * g1 - slope * g2) * share
         if abs(more_t) < 0.5 * abs(dt) and abs(more_b) < 0.5 * abs(db):
             dt, db = dt + more_t, db + more_b
-        t, v = t + dt, stepped(exact, surface, v, db / scale)
+        t, v = t + dt, stepped(exact, surface, v, db, scale)
         if db * db < _LAST_SQUARE and across * dt * dt <= _LAST_SQUARE * radius:
             return True, t, v, z1 + z2 * db, -(r1 + r2 * db)
     return False, math.nan, v, 0.0, 0.0

@@ -23,6 +23,7 @@ from raymaps.scene.free_data import FreeData
 __all__ = [
     "BSplineSurface",
     "ConeSurface",
+    "CurvedSurface",
     "CylinderSurface",
     "ExactSurface",
     "OtherSurface",
@@ -143,9 +144,8 @@ class OtherSurface(_Surface):
     reason: str = Field("", description="Why it could not be described.")
 
 
-ExactSurface = (
-    PlaneSurface | CylinderSurface | ConeSurface | SphereSurface | TorusSurface | BSplineSurface | OtherSurface
-)
+CurvedSurface = CylinderSurface | ConeSurface | SphereSurface | TorusSurface | BSplineSurface
+ExactSurface = PlaneSurface | CurvedSurface | OtherSurface
 _RECORDS: dict[str, type[_Surface]] = {
     "plane": PlaneSurface,
     "cylinder": CylinderSurface,
