@@ -93,7 +93,7 @@ def by_the_rule(hits: Callable, seed: int, error: float, index: int) -> Tally:
         found = counted.relative_error(ONE_W, NOT_EXACT)
         if found <= error:
             break
-        n = whole(rays_for_error(n, found, error), STEP, 10**9)
+        n = whole(rays_for_error(counted, found, error), STEP, 10**9)
     return counted
 
 
@@ -237,6 +237,18 @@ def test_a_run_reaches_its_target(scene, tmp_path, target, flux_w):
     assert abs(course.flux_w - flux_w) < 5 * course.flux_stderr_w
     assert raymap.n_rays == course.stages[-1] == raymap.manifest.rays_asked
     assert course.pilot_hits >= pilot_hits(target.error)
+
+
+def test_points_of_a_sequence_reach_it_with_fewer_rays(scene, tmp_path):
+    """Independent rays that count with the chance p have the relative error sqrt((1 - p) / (p n))."""
+    even = scene.model_copy(update={"settings": scene.settings.model_copy(update={"sampling": "sobol"})})
+    raymap = raymaps.simulate(even, tmp_path / "m.raymap", target=Target(0.3, "Common"))
+    course, p = course_of(raymap), share("Common")
+    assert course.ended == "target"
+    assert course.reached_percent <= 0.3
+    assert raymap.n_rays == 1 << raymap.n_rays.bit_length() - 1
+    assert raymap.n_rays < (1 - p) / p / 0.003**2 / 4
+    assert abs(course.flux_w - p) < 5 * course.flux_stderr_w
 
 
 def test_the_error_is_the_one_that_the_detector_tells(scene, tmp_path):

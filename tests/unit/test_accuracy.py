@@ -5,11 +5,13 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
-from raymaps.accuracy import Law, Outlook, Outlooks, Present, choices
+from raymaps.accuracy import Outlook, Outlooks, Present, choices
 from raymaps.compile import compile_scene
 from raymaps.scene import load_scene
+from raymaps.target import Law, law_of_points
 from tests.physics.lenses import Lens, write_lenses
 from tests.physics.sequential import LensFace
 from tests.store.small_scenes import lamp_in_a_room, write_scene
@@ -31,6 +33,27 @@ def test_a_law_and_its_inverse():
     law = Law(1.0, 1.0, 1000)
     assert [law.error(n) for n in (100, 1000, 100_000)] == pytest.approx([1e-2, 1e-3, 1e-4])
     assert [law.rays(error) for error in (1e-2, 1e-3, 1e-4)] == pytest.approx([100, 1000, 100_000])
+
+
+@pytest.mark.parametrize("power", [1.0, 1.5, 2.0, 3.0])
+def test_a_power_of_the_number_of_points_is_found_and_goes_on(power):
+    rays = np.array([1024.0, 4096.0, 16384.0])
+    law = law_of_points(rays, (0.01 * rays**-power), 16384)
+    assert law.exponent == pytest.approx(power / 2)
+    assert law.error(1e5) == pytest.approx(0.1 * 1e5 ** (-power / 2))
+
+
+def test_a_law_of_points_lies_between_the_power_that_they_show_and_the_slowest_part_of_it():
+    rays = 2.0 ** np.arange(8, 15)
+    variance = 1e-3 / rays + 100 / rays**3  # equal parts near 300 rays
+    law = law_of_points(rays, variance, 2**14)
+    steepness, at_one = np.polyfit(np.log(rays), np.log(variance), 1)
+    n = 2.0**18
+    power = math.exp(0.5 * (at_one + steepness * math.log(n)))
+    assert power < 0.9 * math.sqrt(1e-3 / n)
+    assert power < law.error(n) < math.sqrt(1e-3 / n)
+    assert law.error(2.0**20) / law.error(2.0**18) == pytest.approx(0.5)  # beyond 16 times the pilot's rays
+    assert law_of_points(rays, np.zeros(7), 2**14).rays(0.01) == 0
 
 
 def test_noise_alone():

@@ -2,14 +2,13 @@
 """What accuracy costs in time: short runs of a scene's choices, and what they foretell of long ones."""
 
 from raymaps.accuracy.choices import Choice, choices
-from raymaps.accuracy.outlook import ERRORS_PERCENT, Law, Outlook, Outlooks, Present
+from raymaps.accuracy.outlook import ERRORS_PERCENT, Outlook, Outlooks, Present
 from raymaps.accuracy.pilot import forecast
 from raymaps.accuracy.plot import check_plot, plot
 
 __all__ = [
     "ERRORS_PERCENT",
     "Choice",
-    "Law",
     "Outlook",
     "Outlooks",
     "Present",

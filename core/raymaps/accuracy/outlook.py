@@ -14,9 +14,10 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from raymaps.target import Law
 from raymaps.units import format_duration
 
-__all__ = ["ERRORS_PERCENT", "Law", "Outlook", "Outlooks", "Present"]
+__all__ = ["ERRORS_PERCENT", "Outlook", "Outlooks", "Present"]
 
 #: Errors whose times are told.
 ERRORS_PERCENT = (10.0, 1.0, 0.1)
@@ -26,29 +27,6 @@ SEEN = 2.0
 WORTH_IT = 1.05
 #: No run has fewer rays.
 FEWEST_RAYS = 1000
-
-
-@dataclass(frozen=True)
-class Law:
-    """Relative error of n rays: ``at_one n^-exponent``; with more rays than ``to_rays`` it falls as n^-1/2."""
-
-    at_one: float
-    exponent: float = 0.5
-    to_rays: float = math.inf
-
-    def error(self, n_rays: float) -> float:
-        """Relative error of so many rays."""
-        held = min(n_rays, self.to_rays)
-        return float(self.at_one * held**-self.exponent * (held / n_rays) ** 0.5)
-
-    def rays(self, error: float) -> float:
-        """Rays that have the relative error."""
-        if self.at_one == 0:
-            return 0.0
-        if not error > 0:
-            return math.inf
-        rays = (self.at_one / error) ** (1 / self.exponent)
-        return float(rays if rays <= self.to_rays else self.to_rays * (self.error(self.to_rays) / error) ** 2)
 
 
 @dataclass(frozen=True)

@@ -16,14 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.accuracy.choices import Choice, choices, shared_by_need
-from raymaps.accuracy.outlook import Law, Outlook, Outlooks, Present
+from raymaps.accuracy.outlook import Outlook, Outlooks, Present
 from raymaps.compile import CompiledScene, compile_scene
 from raymaps.jit import kept_machine_code
 from raymaps.run import COMPILING, new_map
 from raymaps.runner import Runner
 from raymaps.scene import Scene, load_scene
 from raymaps.store import RayMap
-from raymaps.target import Quantity, Tally, Target, check_target, pilot_seed, quantities
+from raymaps.target import Law, Quantity, Tally, Target, check_target, law_of_points, pilot_seed, quantities
 
 __all__ = ["forecast"]
 
@@ -34,10 +34,6 @@ GROUPS, FIRST_SIZE = 16, 64
 WARM_ROUNDS = 1
 #: Last rounds whose pieces are fitted, and last ones that are fitted as a whole.
 PIECES, ROUNDS = 1, 3
-#: Exponents of a law, and up to how many times its rays the pilot knows them.
-LEAST_EXPONENT, MOST_EXPONENT, TRUSTED = 0.5, 1.5, 16
-#: Powers of 1/n of which the variance of n points may be a sum: of light that is rough, cut by edges, and smooth.
-POWERS = (1.0, 1.5, 2.0, 3.0)
 #: Sharing rays by need is a choice where it saves so many of them.
 SAVED = 0.05
 #: Share of the time that pieces take at least by which rays are timed.
@@ -189,29 +185,7 @@ class _Trial:
         found.append((total.n_rays, [stderr_w]))
         rays = np.array([n for n, _ in found], np.float64)
         variance = np.array([np.mean(np.square(errors)) for _, errors in found]) / mean_w**2
-        return _law(rays, variance, total.n_rays) if variance.min() > 0 else Law(0.0)
-
-
-def _law(rays: Float, variance: Float, n_rays: int) -> Law:
-    """How the error of points of a sequence goes on after ``n_rays``, by the relative variances of fewer.
-
-    A power of the number of rays, fitted to them, goes on as steeply as it began. In a sum of powers the slowest takes
-    over, of which few rays show next to nothing. The truth lies between, and so does the law: midway between both where
-    the pilot ends and where it is trusted no further.
-    """
-    from scipy.optimize import nnls  # type: ignore[import-untyped]
-
-    steepness, at_one = np.polyfit(np.log(rays), np.log(variance), 1)
-    powers = np.array(POWERS)
-    parts, _ = nnls((rays[:, None] / n_rays) ** -powers / variance[:, None], np.ones(len(rays)))
-
-    def error(n: float) -> float:
-        power, sum_of_powers = math.exp(at_one) * n**steepness, parts @ (n / n_rays) ** -powers
-        return float(power * sum_of_powers) ** 0.25
-
-    exponent = math.log(error(n_rays) / error(TRUSTED * n_rays)) / math.log(TRUSTED)
-    exponent = min(max(exponent, LEAST_EXPONENT), MOST_EXPONENT)
-    return Law(error(n_rays) * n_rays**exponent, exponent, TRUSTED * n_rays)
+        return law_of_points(rays, variance, total.n_rays)
 
 
 def forecast(

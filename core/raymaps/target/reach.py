@@ -164,7 +164,7 @@ def _judged(course: Course, tally: Tally, raymap: RayMap, quantity: Quantity) ->
     error = course.target.error
     if found == math.inf:
         return replace(course, flux_w=flux_w, flux_stderr_w=stderr_w, ended="nothing")
-    needed = course.needed_rays if found <= error else math.ceil(rays_for_error(tally.n_rays, found, error))
+    needed = course.needed_rays if found <= error else math.ceil(rays_for_error(tally, found, error))
     ended = "target" if found <= error else "nothing" if course.needed_rays is None else ""
     if not ended and raymap.n_rays >= course.most_rays:
         ended = "rays"

@@ -16,6 +16,10 @@ by its construction), and the bias is then
 
     bias = P(extended) (2 r - gamma / sqrt(N)) standard errors.
 
+Points of a sequence (`raymaps.ray_numbers`) have errors that fall faster, as the pilot tells, and are most even in
+powers of two: so many rays are traced. Their error is told by few replicates, and is above the target more often; a run
+that is extended has twice as many rays at least.
+
 How long the pilot is: with h rays that hit, the number needed is uncertain by 1 / sqrt(h) of itself, which the margin
 pays for, and the pilot costs h r² of it. The sum is least near h = r^(-4/3).
 """
@@ -30,6 +34,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raymaps.criterion import effective_squares, estimate_flux
+from raymaps.target.law import law_of_points
 
 __all__ = ["GROUPS", "MAX_EXTENSIONS", "Tally", "pilot_hits", "pilot_seed", "rays_for_error", "rays_needed", "whole"]
 
@@ -45,6 +50,8 @@ FEWEST_HITS = 32
 QUANTILE = 1.645
 #: How often a run may be extended, and by how much more than predicted.
 MAX_EXTENSIONS, EXTENSION_MARGIN = 2, 1.05
+#: How the error of points is taken to fall where a run is extended.
+EXPONENT = 0.75
 
 
 @dataclass(frozen=True)
@@ -81,6 +88,11 @@ class Tally:
         """Rays traced."""
         return int(self.rays.sum())
 
+    @property
+    def is_even(self) -> bool:
+        """Whether rays are points of a sequence, in replicates."""
+        return self.rays.shape[1] > 1
+
     def flux(self, source_flux_w: Float, exact: NDArray[np.bool_]) -> tuple[float, float]:
         """Flux and its standard error, W; ``exact`` as in `estimate_flux`."""
         squares = effective_squares(self.rays, self.total, self.squares.sum(axis=1))
@@ -110,13 +122,16 @@ def rays_needed(groups: Sequence[Tally], error: float, source_flux_w: Float, exa
     """Rays that bring the relative error down to ``error`` in 95 of 100 runs, by a pilot in groups of equal size.
 
     The prediction is ``m (r / error)²`` with r the relative error of the pilot's m rays. Its logarithm is uncertain by
-    ``s``, told by the jackknife over the groups; the error that the run will find is by ``s sqrt(m / N)``. Infinite
-    where nothing arrived.
+    ``s``, told by the jackknife over the groups; the error that the run will find is by ``s sqrt(m / N)``. Of points of
+    a sequence their law tells, by the groups and all of them. Infinite where nothing arrived.
     """
     whole_pilot = sum(groups[1:], groups[0])
     m, r = whole_pilot.n_rays, whole_pilot.relative_error(source_flux_w, exact)
     if r == 0 or math.isinf(r):
         return 0.0 if r == 0 else math.inf
+    if whole_pilot.is_even:
+        of_groups = np.mean([min(group.relative_error(source_flux_w, exact), 1.0) ** 2 for group in groups])
+        return _power_of_two(law_of_points(np.array([m / len(groups), m]), np.array([of_groups, r**2]), m).rays(error))
     n = m * (r / error) ** 2
     without = [_without(whole_pilot, group).relative_error(source_flux_w, exact) for group in groups]
     s = 1.0
@@ -132,9 +147,16 @@ def _without(tally: Tally, group: Tally) -> Tally:
     )
 
 
-def rays_for_error(n_rays: int, found: float, error: float) -> float:
-    """Rays to which a run must be extended whose error is ``found`` after ``n_rays``."""
-    return n_rays * (found / error) ** 2 * EXTENSION_MARGIN
+def rays_for_error(tally: Tally, found: float, error: float) -> float:
+    """Rays to which a run must be extended whose error is ``found``."""
+    if tally.is_even:
+        return _power_of_two(tally.n_rays * (found / error) ** (1 / EXPONENT))
+    return tally.n_rays * (found / error) ** 2 * EXTENSION_MARGIN
+
+
+def _power_of_two(n_rays: float) -> float:
+    """The next one."""
+    return 2.0 ** math.ceil(math.log2(max(n_rays, 1.0)))
 
 
 def whole(n_rays: float, portion_rays: int, most: int) -> int:
