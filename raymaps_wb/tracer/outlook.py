@@ -94,8 +94,9 @@ class Outlook:
 
 def forecast_of(answer):
     """What the command answered; raises KeyError, TypeError or ValueError if that is no forecast."""
-    # shares of rays are the sources' own, not the study's
-    outlooks = [Outlook(choice) for choice in answer["choices"] if choice.get("ray_share") is None]
+    # shares of rays are the sources' own, triangles those of the export, not the study's
+    choices = [one for one in answer["choices"] if one.get("ray_share") is None and one.get("finer", 1) == 1]
+    outlooks = [Outlook(choice) for choice in choices]
     if not outlooks:
         raise ValueError("no choices")
     return Forecast(str(answer["quantity"]), outlooks)

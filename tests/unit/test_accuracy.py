@@ -8,10 +8,10 @@ import math
 import numpy as np
 import pytest
 
-from raymaps.accuracy import Outlook, Outlooks, Present, choices
+from raymaps.accuracy import Outlook, Outlooks, Present, choices, forecast
 from raymaps.compile import compile_scene
 from raymaps.scene import load_scene
-from raymaps.target import Law, law_of_points
+from raymaps.target import Law, Target, law_of_points
 from tests.physics.lenses import Lens, write_lenses
 from tests.physics.sequential import LensFace
 from tests.store.small_scenes import lamp_in_a_room, write_scene
@@ -82,6 +82,13 @@ def test_a_bias_within_its_error_may_be_none():
     assert one.rays(0.001) == 1_000_000
 
 
+def test_what_may_be_off_by_more_is_not_the_cheapest():
+    unknown = outlook("quick", bias=0.0, bias_stderr=0.002, ray_s=1e-8)
+    found = Outlooks("it", 2, 3.0, (outlook(noise=Law(300.0, 0.5)), unknown))
+    assert found.cheapest(0.005).words == "quick"
+    assert found.cheapest(0.003).words == "a"  # it may be off by 0.4 %
+
+
 def test_points_of_a_sequence_come_in_powers_of_two():
     one = outlook(noise=Law(1.0, 1.0), is_even=True)
     assert one.rays(0.0001) == 16_384
@@ -121,6 +128,24 @@ def words_of(scene):
 def test_choices_of_a_plain_scene(tmp_path):
     scene = load_scene(write_scene(tmp_path, lamp_in_a_room(tmp_path)))
     assert words_of(scene) == ["random", "Sobol'", "random, losses drawn"]
+
+
+def test_finer_facets_come_nearer_to_the_exact_surface(tmp_path):
+    """The flux that a lens of few triangles brings into a hole nears that of the exact one."""
+    lens = Lens(LensFace(0, 1 / 50), LensFace(5, -1 / 50), 10)
+    source = {"kind": "disc", "flux_w": 1.0, "radius_mm": 4, "direction": [0, 0, 1], "position_mm": [0, 0, -10]}
+    hole = {"kind": "rectangle", "center_mm": [0, 0, 50], "normal": [0, 0, -1], "x_axis": [1, 0, 0],
+            "width_mm": 1.0, "height_mm": 1.0}  # fmt: skip
+    path = write_lenses(tmp_path, {"Lens": (lens, 4)}, {"glass": 1.5}, sources={"S": source}, detectors={"D": hole})
+    told = []
+    found = forecast(path, Target(1, "D"), seconds=4.0, on_choice=lambda number, of, words: told.append((of, words)))
+    words = [one.words for one in found.of]
+    assert words == [words for _, words in told]
+    assert words[-3:] == ["faceted, random", "faceted 4x finer, random", "faceted 16x finer, random"]
+    assert [one.finer for one in found.of[-3:]] == [1, 4, 16]
+    coarse, fine, finest = (abs(one.bias) for one in found.of[-3:])
+    assert coarse > fine > finest > 0
+    assert found.of[-3].least_error == coarse
 
 
 def test_choices_of_a_lens_with_a_spectrum(tmp_path):

@@ -3,19 +3,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from raymaps.exact import exact_faces, finer
+from raymaps.geometry import BodyMesh, write_ply
 from raymaps.scene import Scene, Settings
 from raymaps.scene.exact_surfaces import CurvedSurface
 
 if TYPE_CHECKING:
     from raymaps.compile import CompiledScene
 
-__all__ = ["Choice", "choices", "shared_by_need"]
+__all__ = ["Choice", "choices", "finer_facets", "shared_by_need"]
 
 #: Bands beside the scene's own, as shares of them; the most bands stand for the truth.
 SHARES = (0.125, 0.25, 0.5, 2.0)
@@ -23,6 +27,8 @@ FEWEST_BANDS, MOST_BANDS = 2, 1000
 SAMPLING = {"random": "random", "sobol": "Sobol'"}
 #: Roulette thresholds at which all losses on surfaces are drawn, and at which most make rays weaker.
 DRAWN, WEIGHED = 1.0, 0.1
+#: How often facets are split in four, if no more triangles come of it than so many.
+SPLITS, MOST_TRIANGLES = 2, 100_000
 #: No source has less than this share of the rays, or what was not seen of it would never be.
 LEAST_SHARE = 0.02
 
@@ -44,6 +50,8 @@ class Choice:
         Whether something else is simulated; if not, other rays of the scene as it is.
     ray_share : dict or None
         The sources' shares of the rays, where these are chosen.
+    finer : int
+        How many triangles stand for each of the scene's.
     """
 
     words: str
@@ -52,6 +60,12 @@ class Choice:
     is_finest: bool
     has_own_bias: bool
     ray_share: dict[str, float] | None = None
+    finer: int = 1
+
+    @property
+    def is_faceted(self) -> bool:
+        """Whether light meets the triangles in place of exact surfaces."""
+        return self.scene.settings.surfaces == "faceted"
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -132,3 +146,48 @@ def shared_by_need(choice: Choice, need: NDArray[np.float64]) -> Choice:
         f"{choice.words}, rays by need", choice.scene.model_copy(update={"sources": sources}), False, False,
         False, of_source,
     )  # fmt: skip
+
+
+def finer_facets(choice: Choice, compiled: CompiledScene, folder: Path) -> Iterator[Choice]:
+    """The same with more triangles, whose new corners are on the exact surfaces; written to a folder.
+
+    Parameters
+    ----------
+    choice : Choice
+        One of triangles.
+    compiled : CompiledScene
+        Its scene, or one that differs in its settings.
+    folder : Path
+    """
+    scene, meshes = choice.scene, compiled.meshes
+    surfaces = iter(exact_faces(_with_exact(scene), meshes).surfaces)
+    of_body = [[next(surfaces) for _ in mesh.face_names] for mesh in meshes]
+    for split in range(1, SPLITS + 1):
+        if 4 * sum(len(mesh.triangles) for mesh in meshes) > MOST_TRIANGLES:
+            break
+        meshes = tuple(
+            finer(mesh, surfaces) if any(surfaces) else mesh for mesh, surfaces in zip(meshes, of_body, strict=True)
+        )
+        yield Choice(
+            choice.words.replace("faceted", f"faceted {4**split}x finer", 1),
+            _of_meshes(scene, meshes, folder / f"finer-{split}"), False, False, True, None, 4**split,
+        )  # fmt: skip
+
+
+def _with_exact(scene: Scene) -> Scene:
+    return scene.model_copy(update={"settings": scene.settings.model_copy(update={"surfaces": "exact"})})
+
+
+def _of_meshes(scene: Scene, meshes: tuple[BodyMesh, ...], folder: Path) -> Scene:
+    """The scene with other triangles of the same faces."""
+    bodies = {}
+    for number, (mesh, (name, body)) in enumerate(zip(meshes, scene.bodies.items(), strict=True)):
+        path = folder / f"{number}.ply"
+        write_ply(path, mesh)
+        counts = np.bincount(mesh.triangle_face, minlength=len(mesh.face_names))
+        faces = body.geometry.faces and tuple(
+            face.model_copy(update={"triangles": int(n)}) for face, n in zip(body.geometry.faces, counts, strict=True)
+        )
+        geometry = body.geometry.model_copy(update={"file": str(path), "mm_per_unit": 1.0, "faces": faces})
+        bodies[name] = body.model_copy(update={"geometry": geometry})
+    return scene.model_copy(update={"bodies": bodies})

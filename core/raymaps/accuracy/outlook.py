@@ -51,6 +51,8 @@ class Outlook:
         What is chosen, as a scene has it: sampling, roulette threshold, surfaces, bands.
     ray_share : dict or None
         The sources' shares of the rays, where they are not as the scene says.
+    finer : int
+        How many triangles stand for each of the scene's.
     """
 
     words: str
@@ -65,6 +67,7 @@ class Outlook:
     ray_s: float
     settings: dict[str, Any]
     ray_share: dict[str, float] | None = None
+    finer: int = 1
 
     @property
     def is_even(self) -> bool:
@@ -77,6 +80,11 @@ class Outlook:
         if self.bias is None or self.bias_stderr is None or abs(self.bias) < SEEN * self.bias_stderr:
             return 0.0
         return abs(self.bias)
+
+    @property
+    def most_bias(self) -> float:
+        """What the bias is below, as far as the pilot knows."""
+        return 0.0 if self.bias is None or self.bias_stderr is None else abs(self.bias) + SEEN * self.bias_stderr
 
     def rays(self, error: float) -> int | None:
         """Rays that bring noise and bias together down to a relative error; None if none do."""
@@ -105,6 +113,7 @@ class Outlook:
             "settings": self.settings,
             "scene": self.is_scene,
             "ray_share": self.ray_share,
+            "finer": self.finer,
             "pilot_rays": self.pilot_rays,
             "flux_w": self.flux_w,
             "flux_stderr_w": self.flux_stderr_w,
@@ -152,8 +161,11 @@ class Outlooks:
     present: Present | None = None
 
     def cheapest(self, error: float) -> Outlook | None:
-        """The choice that reaches a relative error first; the scene's own where others save next to nothing."""
-        times = [math.inf if (time := one.time_s(error)) is None else time for one in self.of]
+        """The choice that reaches a relative error first, of those whose bias is known to be less.
+
+        The scene's own where others save next to nothing.
+        """
+        times = [math.inf if (time := one.time_s(error)) is None or one.most_bias > error else time for one in self.of]
         least = min(times)
         if math.isinf(least):
             return None
@@ -219,5 +231,5 @@ def _bias(one: Outlook) -> str:
     if one.bias is None or one.bias_stderr is None:
         return "-"
     if one.least_error == 0:
-        return f"below {100 * (abs(one.bias) + SEEN * one.bias_stderr):.2g} %"
+        return f"below {100 * one.most_bias:.2g} %"
     return f"{100 * one.bias:+.2g} ± {100 * one.bias_stderr:.1g} %"

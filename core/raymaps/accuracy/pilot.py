@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from raymaps.accuracy.choices import Choice, choices, shared_by_need
+from raymaps.accuracy.choices import Choice, choices, finer_facets, shared_by_need
 from raymaps.accuracy.outlook import Outlook, Outlooks, Present
 from raymaps.compile import CompiledScene, compile_scene
 from raymaps.jit import kept_machine_code
@@ -62,7 +62,7 @@ class _Trial:
         stop: threading.Event, began: float,
     ):  # fmt: skip
         self.choice = choice
-        path = folder / f"{len(list(folder.iterdir()))}.raymap"
+        path = Path(tempfile.mkdtemp(dir=folder)) / "pilot.raymap"
         manifest = new_map(path, choice.scene, compiled)
         self.runner = Runner(
             compiled, path, manifest.seed, threads=threads, store=lambda: choice.scene.settings.store, stop=stop,
@@ -235,6 +235,10 @@ def forecast(
     trials: list[_Trial] = []
     loading_s = 0.0
     with tempfile.TemporaryDirectory(prefix="raymaps-accuracy-") as folder:
+        for after, choice in enumerate(given, 1):
+            if choice.is_faceted and choice.has_own_bias:
+                given[after:after] = finer_facets(choice, compiled, Path(folder) / "finer")
+                break
         for number, choice in enumerate(given, 1):
             if on_choice:
                 on_choice(number, len(given), choice.words)
@@ -272,6 +276,7 @@ def _outlook(trial: _Trial, trials: list[_Trial], loading_s: float) -> Outlook:
     return Outlook(
         trial.choice.words, trial.choice.is_scene, total.n_rays, flux_w, stderr_w, trial.noise(), bias, bias_stderr,
         max(trial.start_s, trials[0].start_s) + loading_s, trial.ray_s, trial.choice.settings, trial.choice.ray_share,
+        trial.choice.finer,
     )  # fmt: skip
 
 

@@ -6,6 +6,7 @@ crossing is computed with the exact surface of the facet's face.
 """
 
 from raymaps.exact.faces import ExactFaces, Fallback, exact_faces
+from raymaps.exact.finer import finer
 from raymaps.exact.surfaces import Cone, Cylinder, Plane, Sphere, Surface, Torus, exact_surface
 from raymaps.exact.tables import ExactTables, lower_exact
 
@@ -21,5 +22,6 @@ __all__ = [
     "Torus",
     "exact_faces",
     "exact_surface",
+    "finer",
     "lower_exact",
 ]
