@@ -64,9 +64,9 @@ if "NUMBA_CACHE_DIR" not in os.environ:
     _forget_old(_folder)
 
 
-def kept_machine_code() -> list[Path]:
-    """Files with the machine code of loops that an earlier run left; empty if all is still to be compiled."""
-    return sorted(Path(_config.CACHE_DIR).rglob("*.nbi"))
+def kept_machine_code(module: str = "") -> list[Path]:
+    """Files with the machine code of a module's loops, or of all, that an earlier run left."""
+    return sorted(Path(_config.CACHE_DIR).rglob(f"{module}*.nbi"))
 
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:

@@ -6,12 +6,12 @@ from __future__ import annotations
 import os
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from raymaps.errors import MapError, OutputError, TraceError
+from raymaps.errors import MapError, OutputError, TraceError, listed
 from raymaps.ray_numbers import MOST_OF_SOBOL
 from raymaps.runner import Progress, Runner
 from raymaps.scene import Scene, load_scene
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from raymaps.compile import CompiledScene
     from raymaps.target import Course, Target
 
-__all__ = ["Progress", "new_map", "open_map", "simulate"]
+__all__ = ["Progress", "new_map", "notes_at_start", "open_map", "simulate"]
 
 #: Open a map that exists.
 open_map = RayMap.open
@@ -35,7 +35,9 @@ LARGEST_PORTION, SMALLEST_PORTION = 65_536, 4_096
 MOST_FOR_TARGET = 100
 
 #: What is told before the first run on a machine.
-COMPILING = "Compiling for this machine; that happens once and takes a minute or two."
+_COMPILING = "Compiling for this machine; that happens once and takes a minute or two."
+#: Module of the loops that compiling spends most time on.
+_LARGEST_LOOPS = "transport"
 
 
 def simulate(
@@ -98,7 +100,6 @@ def simulate(
         If ``stop`` was set before all rays were traced; the map is valid.
     """
     from raymaps.compile import compile_scene
-    from raymaps.jit import kept_machine_code
 
     started = time.monotonic()
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
@@ -130,8 +131,9 @@ def simulate(
         manifest = new_map(path, scene, compiled, rays=rays, seed=seed, portion_rays=portion_rays)
         n_rays = manifest.rays_asked
 
-    if on_note and not kept_machine_code():
-        on_note(COMPILING)
+    for text in notes_at_start(compiled):
+        if on_note:
+            on_note(text)
 
     def how_stored() -> Stored:
         return _stored(store() if callable(store) else store or scene.settings.store)
@@ -158,6 +160,18 @@ def simulate(
     if raymap.n_rays < n_rays:
         runner.note(f"Stopped at the time limit after {raymap.n_rays} of {n_rays} rays; go on with --resume.")
     return raymap
+
+
+def notes_at_start(compiled: CompiledScene) -> Iterator[str]:
+    """What is worth telling before the first ray."""
+    from raymaps.jit import kept_machine_code
+
+    if not kept_machine_code(_LARGEST_LOOPS):
+        yield _COMPILING
+    lacking = compiled.boundary.fallbacks
+    if lacking:
+        faces = listed([f"{face.body}.{face.face}" for face in lacking], 3)
+        yield f"Light meets the facets of {faces} in place of the exact surface: raymaps check tells why."
 
 
 def new_map(

@@ -7,6 +7,8 @@ import math
 
 __all__ = ["format_bytes", "format_duration", "format_estimate", "format_quantity", "format_with_error", "prefix_of"]
 
+#: Standard error over value above which an interval is told beside: of about 25 rays that count.
+UNEVEN = 0.2
 _PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"))
 
 
@@ -44,11 +46,17 @@ def format_with_error(value: float, stderr: float, unit: str = "W") -> str:
 def format_estimate(value: float, stderr: float, interval: tuple[float, float], unit: str = "W") -> str:
     """A value with its standard error for people; where nothing counted, below what it is: ``0 W, below 30 µW (95 %)``.
 
-    ``interval`` is that of `raymaps.criterion.confidence_interval`.
+    Where little counted it lies unevenly in its interval, that of `raymaps.criterion.confidence_interval`, which is
+    told too.
     """
     if value == 0 and interval[1] > 0:
         return f"0 {unit}, below {format_quantity(interval[1], unit, 2)} (95 %)"
-    return format_with_error(value, stderr, unit)
+    told = format_with_error(value, stderr, unit)
+    if not stderr > UNEVEN * value:
+        return told
+    factor, prefix = prefix_of(interval[1])
+    low, high = (float(f"{end / factor:.2g}") for end in interval)
+    return f"{told}, {low:g} to {high:g} {prefix}{unit} (95 %)"
 
 
 def format_bytes(n_bytes: int) -> str:

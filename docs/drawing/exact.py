@@ -27,6 +27,8 @@ _MEDIA = {"crown": 1.5187, "flint": 1.6776}
 _SPOTS: tuple[tuple[Surfaces, float], ...] = (("faceted", 1e-1), ("faceted", 1e-4), ("exact", 1e-1))
 _TOLERANCES_MM = (1e-1, 1e-2, 1e-3, 1e-4)
 _N_SPOT, _N_TIMED, _ROUNDS = 4000, 50_000, 5
+#: Where the words of each point stand, in points from it, and which of their ends; the first two are close together.
+_LABELS = (((-8, -4), "right"), ((0, -17), "center"), ((0, 9), "center"), ((0, 9), "center"))
 
 
 def draw_exact(folder: Path) -> Figure:
@@ -72,14 +74,15 @@ def _draw_errors(
         keys = [key for key in benches if key[0] == surfaces]
         error = [1e3 * benches[key].error_mm() for key in keys]
         axes.plot([seconds[key].median for key in keys], error, "o-", color=colour, label=words)
-        for key, mine in zip(keys, error, strict=True):
+        for i, (key, mine) in enumerate(zip(keys, error, strict=True)):
+            offset, side = _LABELS[i] if len(keys) > 1 else _LABELS[-1]
             axes.annotate(
-                _words(benches[key]), (seconds[key].median, mine), xytext=(3, 6), textcoords="offset points",
-                fontsize=10.5, rotation=25,
+                _words(benches[key]), (seconds[key].median, mine), xytext=offset, textcoords="offset points", ha=side,
+                fontsize=10.5,
             )  # fmt: skip
     longest = max(timing.median for timing in seconds.values())
     axes.set(
         title="What a small error costs", yscale="log", xlabel="seconds for a million rays on one thread",
-        ylabel="error of the focus in µm", xlim=(0, 1.15 * longest), ylim=(None, 1e7),
+        ylabel="error of the focus in µm", xlim=(0, 1.15 * longest), ylim=(None, 1e6),
     )  # fmt: skip
     axes.legend(loc="center left")

@@ -193,24 +193,29 @@ class Outlooks:
         lines = [f"{told} ({self.threads} {'thread' if self.threads == 1 else 'threads'})", ""]
         width = max(len(one.words) for one in self.of) + 2
         heads = [f"{percent:g} %" for percent in ERRORS_PERCENT]
+        is_doubtful = False
         lines.append(
-            f"{'':{width}}{'rays a second':>14}" + "".join(f"{head:>11}" for head in heads) + "  always off by"
+            f"{'':{width}}{'rays a second':>14}" + "".join(f"{head:>14}" for head in heads) + "  always off by"
         )
         for one in self.of:
-            times = [_time(one.time_s(percent / 100)) for percent in ERRORS_PERCENT]
+            times = [_time(one, percent / 100) for percent in ERRORS_PERCENT]
+            is_doubtful |= any(time.startswith("?") for time in times)
             mark = "* " if one.is_scene else "  "
             lines.append(
                 f"{mark}{one.words:{width - 2}}{1 / one.ray_s:>14,.0f}"
-                + "".join(f"{time:>11}" for time in times)
+                + "".join(f"{time:>14}" for time in times)
                 + f"  {_bias(one)}"
             )
         lines.append("")
-        best = [(head, self.cheapest(percent / 100)) for head, percent in zip(heads, ERRORS_PERCENT, strict=True)]
-        told = "; ".join(f"{head}: {one.words}" for head, one in best if one is not None)
-        if told:
-            lines.append(f"Cheapest   {told}")
+        best = [(head, p, self.cheapest(p / 100)) for head, p in zip(heads, ERRORS_PERCENT, strict=True)]
+        cheapest = [(head, percent, one) for head, percent, one in best if one is not None]
+        lines += [
+            f"{'Cheapest' if i == 0 else '':<11}{head:>5}: {one.words}, {one.rays(percent / 100)} rays"
+            for i, (head, percent, one) in enumerate(cheapest)
+        ]
+        own = self.of[0].noise
         for one in self.of:
-            if one.ray_share is not None:
+            if one.ray_share is not None and one.noise and own and one.noise.at_one < own.at_one:
                 shares = ", ".join(f"{name} {share:.2f}" for name, share in one.ray_share.items())
                 lines.append(f"By need    ray_share {shares}")
         if self.present is not None:
@@ -218,11 +223,16 @@ class Outlooks:
             known = "nothing arrived" if error is None else f"{error:.2g} %"
             lines.append(f"This map   {self.present.rays} rays: {known}")
         lines.append("*          as the scene says; errors are standard errors over the flux, what it is off included")
+        if is_doubtful:
+            lines.append("?          if it is always off by less than that, which so short a pilot can't tell")
         return "\n".join(lines)
 
 
-def _time(seconds: float | None) -> str:
-    return "never" if seconds is None else format_duration(seconds)
+def _time(one: Outlook, error: float) -> str:
+    seconds = one.time_s(error)
+    if seconds is None:
+        return "never"
+    return f"{'? ' if one.most_bias > error else ''}{format_duration(seconds)}"
 
 
 def _bias(one: Outlook) -> str:

@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 from raymaps.accuracy.choices import Choice, choices, finer_facets, shared_by_need
 from raymaps.accuracy.outlook import Outlook, Outlooks, Present
 from raymaps.compile import CompiledScene, compile_scene
-from raymaps.jit import kept_machine_code
-from raymaps.run import COMPILING, new_map
+from raymaps.run import new_map, notes_at_start
 from raymaps.runner import Runner
 from raymaps.scene import Scene, load_scene
 from raymaps.store import RayMap
@@ -30,6 +29,8 @@ __all__ = ["forecast"]
 #: Rays are in so many groups of equal size, one piece of each in each round. The second round is as large as the first,
 #: all others twice the one before: so each piece, each round, and all of them are even parts of a sequence.
 GROUPS, FIRST_SIZE = 16, 64
+#: If the first rays take longer, loops were compiled.
+COMPILED_S = 5.0
 #: The first round compiles, and fills caches: its time is none of its rays'.
 WARM_ROUNDS = 1
 #: Last rounds whose pieces are fitted, and last ones that are fitted as a whole.
@@ -82,15 +83,15 @@ class _Trial:
         """What is meant."""
         return self.candidates[self.chosen]
 
-    def choose(self, is_cold: bool) -> float:
+    def choose(self) -> float:
         """Choose which quantity is meant: of those that are met at all the least certain one.
 
-        Returns the time that loading took. Machine code is loaded with the first rays; where there is none yet, more
-        rays tell.
+        Returns the time that loading took. Machine code is loaded with the first rays; where it had to be compiled,
+        which later runs need not, more rays tell.
         """
-        n_rays, taken_s, errors = GROUPS * FIRST_SIZE, 0.0, [math.inf]
+        n_rays, taken_s, errors = GROUPS * FIRST_SIZE, 0.0, list[float]()
         flux_w = self.raymap.source_flux_w
-        for _ in range(2 if is_cold else 1):
+        for _ in range(2):
             began = time.perf_counter()
             (tallies,) = self.runner.apart(
                 [(0, n_rays)], self.seed, lambda portion: [one.tally(portion) for one in self.candidates]
@@ -99,6 +100,8 @@ class _Trial:
             errors = [
                 tally.relative_error(flux_w, one.exact) for tally, one in zip(tallies, self.candidates, strict=True)
             ]
+            if taken_s < COMPILED_S:
+                break
         self.chosen = max(range(len(errors)), key=lambda i: errors[i] if errors[i] < math.inf else -1.0)
         return taken_s
 
@@ -223,14 +226,15 @@ def forecast(
     Interrupted
         If ``stop`` was set.
     """
-    began, is_cold = time.perf_counter(), not kept_machine_code()
+    began = time.perf_counter()
     threads, stop = threads or os.cpu_count() or 1, stop or threading.Event()
-    if on_note and is_cold:
-        on_note(COMPILING)
     raymap = RayMap.open(what) if not isinstance(what, Scene) and Path(what).is_dir() else None
     scene = raymap.scene if raymap is not None else what if isinstance(what, Scene) else load_scene(what)
     compiled = compile_scene(scene)
     check_target(target, compiled.names, scene.detectors)
+    for text in notes_at_start(compiled):
+        if on_note:
+            on_note(text)
     given = list(choices(scene, compiled))
     trials: list[_Trial] = []
     loading_s = 0.0
@@ -248,7 +252,7 @@ def forecast(
             if trials:
                 trial.chosen = trials[0].chosen
             else:
-                loading_s = trial.choose(is_cold)
+                loading_s = trial.choose()
             share_s = seconds / len(given)
             while trial.can_grow((1 - TIMED) * share_s):
                 trial.run()

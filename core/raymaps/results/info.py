@@ -112,6 +112,9 @@ def target_line(target: dict[str, Any]) -> str:
         told += format_with_error(target["flux_w"], target["flux_stderr_w"]) + f" is {reached:.3g} %"
     else:
         told += "nothing arrived" if target["ended"] else "not reached yet"
-    pilot = f"a pilot of {target['pilot_rays']} rays with {target['pilot_hits']} hits"
     extended = f", extended to {', '.join(map(str, target['stages'][1:]))}" if target["stages"][1:] else ""
-    return f"{told}; {pilot} asked for {target['stages'][0]}{extended}"
+    told += f"; {target['stages'][0]} rays traced{extended}"
+    needed = target["needed_rays"]
+    if needed and needed > target["stages"][-1]:
+        told += f", needs about {needed}"
+    return f"{told} (pilot of {target['pilot_rays']} with {target['pilot_hits']} hits)"

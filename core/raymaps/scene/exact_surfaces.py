@@ -169,7 +169,7 @@ def why_kept(data: dict[str, Any]) -> str | None:
     kind = data.get("type")
     record = _RECORDS.get(kind) if isinstance(kind, str) else None
     if record is None:
-        return f"a surface of the type {shortened(repr(kind), 60)} is not known"
+        return f"a surface of the type {shortened(repr(kind), 60)} is not known (known are {', '.join(_RECORDS)})"
     needed = {name for name, field in record.model_fields.items() if field.is_required()}
     lacking, unknown = sorted(needed - set(data)), sorted(set(data) - set(record.model_fields))
     if lacking:

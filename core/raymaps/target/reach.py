@@ -124,8 +124,8 @@ def _pilot(
     """
     most = max(GROUPS, min(course.most_rays, max(FIRST_PILOT, int(course.most_rays * PILOT_RAYS))))
     patience = most if len(candidates) == 1 else min(most, usual_rays)
-    wanted, seed = pilot_hits(course.target.error), pilot_seed(raymap.manifest.seed)
     shape = raymap.rays_of_replicate.shape
+    wanted, seed = pilot_hits(course.target.error, shape[1] > 1), pilot_seed(raymap.manifest.seed)
     groups = [[Tally.none(shape) for _ in range(GROUPS)] for _ in candidates]
     began_s, done, size = runner.elapsed_s, 0, min(FIRST_PILOT, most) // GROUPS
 

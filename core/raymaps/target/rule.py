@@ -18,7 +18,7 @@ by its construction), and the bias is then
 
 Points of a sequence (`raymaps.ray_numbers`) have errors that fall faster, as the pilot tells, and are most even in
 powers of two: so many rays are traced. Their error is told by few replicates, and is above the target more often; a run
-that is extended has twice as many rays at least.
+that is extended has twice as many rays at least. As such a run is short, so is its pilot: r^(-1) hits.
 
 How long the pilot is: with h rays that hit, the number needed is uncertain by 1 / sqrt(h) of itself, which the margin
 pays for, and the pilot costs h r² of it. The sum is least near h = r^(-4/3).
@@ -105,9 +105,9 @@ class Tally:
         return stderr_w / flux_w if flux_w > 0 else math.inf
 
 
-def pilot_hits(error: float) -> int:
-    """Hits that the pilot should have for a target, see above."""
-    return max(FEWEST_HITS, math.ceil(error ** (-4 / 3)))
+def pilot_hits(error: float, is_even: bool = False) -> int:
+    """Hits that the pilot should have for a target, see above; ``is_even``: of points of a sequence."""
+    return max(FEWEST_HITS, math.ceil(error ** (-1 if is_even else -4 / 3)))
 
 
 def pilot_seed(seed: int) -> int:
