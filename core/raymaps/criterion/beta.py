@@ -24,8 +24,8 @@ Float = NDArray[np.float64]
 
 #: Beyond these logits no quantile is sought: shares of 1e-26, and of all but that.
 _LARGEST_LOGIT = 60.0
-#: Halvings of that range: limits are found to 1e-13 of themselves.
-_HALVINGS = 50
+#: A quantile is sought so many standard deviations around the mean, by so many halvings: to 1e-8 of a deviation.
+_WITHIN, _HALVINGS = 12.0, 32
 #: A parameter that is so near to 1 is 1 but for rounding.
 _ONE = 1e-6
 
@@ -79,8 +79,13 @@ def mixture_quantile(levels: Float, a: Float, b: Float) -> Float:
     -------
     (n_levels, n) float64, 0 to 1
     """
-    low = np.full((len(levels), a.shape[1]), -_LARGEST_LOGIT)
-    high = -low
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean, deviation = np.log(a) - np.log(b), np.sqrt(1 / a + 1 / b)  # of logits, about
+        low, high = (
+            np.nan_to_num(mean + side * _WITHIN * deviation, nan=side * _LARGEST_LOGIT) for side in (-1.0, 1.0)
+        )
+    low = np.tile(np.clip(low.min(axis=0), -_LARGEST_LOGIT, _LARGEST_LOGIT), (len(levels), 1))
+    high = np.tile(np.clip(high.max(axis=0), -_LARGEST_LOGIT, _LARGEST_LOGIT), (len(levels), 1))
     for _ in range(_HALVINGS):
         middle = (low + high) / 2
         p, q = 1 / (1 + np.exp(-middle)), 1 / (1 + np.exp(middle))
