@@ -31,7 +31,8 @@ def test_info_tells_how_the_number_of_rays_was_chosen(raymaps, small_scene, tmp_
     assert info["target"]["stages"] == [info["rays"]]
     assert info["target"]["reached_percent"] <= 5
     assert info["target"]["ended"] == "target"
-    assert f"a pilot of {info['target']['pilot_rays']} rays" in raymaps("info", path).out
+    told = f"{info['rays']} rays traced (pilot of {info['target']['pilot_rays']} with "
+    assert told in raymaps("info", path).out
     plain = tmp_path / "plain.raymap"
     raymaps("trace", small_scene, "-o", plain, "--rays", info["rays"])
     other = raymaps("info", plain, "--json").data
