@@ -11,6 +11,8 @@ from raymaps_wb.tracer.process import LineProcess, last_sentence
 class TracerCommand(QtCore.QObject):
     """Base of what runs a command; it hears each answer in `_hear` and the end of the process in `_end`.
 
+    Objects of Qt can't have an abstract base class, so a method that is missing is told when it is called.
+
     Signal: ``noted(str)`` with a sentence worth telling.
     """
 

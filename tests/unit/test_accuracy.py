@@ -121,6 +121,14 @@ def test_the_cheapest_choice_depends_on_the_error():
     assert "This map   500 rays: 4.4 %" in text
 
 
+def test_triangles_of_plane_faces_are_not_split(tmp_path):
+    scene = load_scene(write_scene(tmp_path, lamp_in_a_room(tmp_path)))
+    faceted = scene.model_copy(update={"settings": scene.settings.model_copy(update={"surfaces": "faceted"})})
+    found = forecast(faceted, Target(1), seconds=1.0)
+    assert {one.finer for one in found.of} == {1}
+    assert len({one.words for one in found.of}) == len(found.of)
+
+
 def words_of(scene):
     return [one.words for one in choices(scene, compile_scene(scene))]
 
@@ -141,7 +149,7 @@ def test_finer_facets_come_nearer_to_the_exact_surface(tmp_path):
     found = forecast(path, Target(1, "D"), seconds=4.0, on_choice=lambda number, of, words: told.append((of, words)))
     words = [one.words for one in found.of]
     assert words == [words for _, words in told]
-    assert words[-3:] == ["faceted, random", "faceted 4x finer, random", "faceted 16x finer, random"]
+    assert words[-3:] == ["faceted, random", "faceted, random, 4x finer", "faceted, random, 16x finer"]
     assert [one.finer for one in found.of[-3:]] == [1, 4, 16]
     coarse, fine, finest = (abs(one.bias) for one in found.of[-3:])
     assert coarse > fine > finest > 0

@@ -84,9 +84,7 @@ def choices(scene: Scene, compiled: CompiledScene) -> tuple[Choice, ...]:
     Surfaces can be chosen where curved faces have exact ones, bands where the scene calls for spectra.
     """
     own, bands = scene.settings, scene.settings.spectrum.bands
-    has_exact = any(
-        isinstance(face.surface, CurvedSurface) for body in scene.bodies.values() for face in body.geometry.faces or ()
-    )
+    has_exact = _has_curved_faces(scene)
     finest = own.model_copy(update={"surfaces": "exact"}) if has_exact else own
     given = [own, own.model_copy(update={"sampling": "random" if own.sampling == "sobol" else "sobol"})]
     given.append(own.model_copy(update={"roulette_threshold": DRAWN if own.roulette_threshold < DRAWN else WEIGHED}))
@@ -122,6 +120,13 @@ def choices(scene: Scene, compiled: CompiledScene) -> tuple[Choice, ...]:
     )  # fmt: skip
 
 
+def _has_curved_faces(scene: Scene) -> bool:
+    """Whether triangles and exact surfaces differ."""
+    return any(
+        isinstance(face.surface, CurvedSurface) for body in scene.bodies.values() for face in body.geometry.faces or ()
+    )
+
+
 def _with_bands(settings: Settings, n: int) -> Settings:
     return settings.model_copy(update={"spectrum": settings.spectrum.model_copy(update={"bands": n})})
 
@@ -149,7 +154,7 @@ def shared_by_need(choice: Choice, need: NDArray[np.float64]) -> Choice:
 
 
 def finer_facets(choice: Choice, compiled: CompiledScene, folder: Path) -> Iterator[Choice]:
-    """The same with more triangles, whose new corners are on the exact surfaces; written to a folder.
+    """The same with more triangles, whose new corners are on the exact surfaces; none where all faces are plane.
 
     Parameters
     ----------
@@ -158,7 +163,10 @@ def finer_facets(choice: Choice, compiled: CompiledScene, folder: Path) -> Itera
     compiled : CompiledScene
         Its scene, or one that differs in its settings.
     folder : Path
+        Meshes are written there.
     """
+    if not _has_curved_faces(choice.scene):
+        return
     scene, meshes = choice.scene, compiled.meshes
     surfaces = iter(exact_faces(_with_exact(scene), meshes).surfaces)
     of_body = [[next(surfaces) for _ in mesh.face_names] for mesh in meshes]
@@ -169,8 +177,8 @@ def finer_facets(choice: Choice, compiled: CompiledScene, folder: Path) -> Itera
             finer(mesh, surfaces) if any(surfaces) else mesh for mesh, surfaces in zip(meshes, of_body, strict=True)
         )
         yield Choice(
-            choice.words.replace("faceted", f"faceted {4**split}x finer", 1),
-            _of_meshes(scene, meshes, folder / f"finer-{split}"), False, False, True, None, 4**split,
+            f"{choice.words}, {4**split}x finer", _of_meshes(scene, meshes, folder / f"finer-{split}"), False, False,
+            True, None, 4**split,
         )  # fmt: skip
 
 

@@ -206,10 +206,17 @@ class Outlooks:
                 + "".join(f"{time:>14}" for time in times)
                 + f"  {_bias(one)}"
             )
-        lines.append("")
+        lines += ["", *self._summary(heads)]
+        lines.append("*          as the scene says; errors are standard errors over the flux, what it is off included")
+        if is_doubtful:
+            lines.append("?          if it is always off by less than that, which so short a pilot can't tell")
+        return "\n".join(lines)
+
+    def _summary(self, heads: list[str]) -> list[str]:
+        """Lines below the table: the cheapest choice for each error, how to share rays, what a map has already."""
         best = [(head, p, self.cheapest(p / 100)) for head, p in zip(heads, ERRORS_PERCENT, strict=True)]
         cheapest = [(head, percent, one) for head, percent, one in best if one is not None]
-        lines += [
+        lines = [
             f"{'Cheapest' if i == 0 else '':<11}{head:>5}: {one.words}, {one.rays(percent / 100)} rays"
             for i, (head, percent, one) in enumerate(cheapest)
         ]
@@ -222,10 +229,7 @@ class Outlooks:
             error = self._present()
             known = "nothing arrived" if error is None else f"{error:.2g} %"
             lines.append(f"This map   {self.present.rays} rays: {known}")
-        lines.append("*          as the scene says; errors are standard errors over the flux, what it is off included")
-        if is_doubtful:
-            lines.append("?          if it is always off by less than that, which so short a pilot can't tell")
-        return "\n".join(lines)
+        return lines
 
 
 def _time(one: Outlook, error: float) -> str:

@@ -107,7 +107,7 @@ class BSpline:
         return u[back.reshape(-1)], v[back.reshape(-1)]
 
     def _parameters(self, points: Array) -> tuple[Array, Array]:
-        from scipy.spatial import cKDTree  # type: ignore[import-untyped]
+        from scipy.spatial import cKDTree
 
         u0, v0, samples = self._samples
         _, rows = cKDTree(samples).query(points, k=min(_STARTS, len(samples)))

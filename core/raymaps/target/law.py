@@ -57,7 +57,7 @@ def law_of_points(rays: Float, variance: Float, n_rays: int) -> Law:
     """
     if not variance.min() > 0:
         return Law(0.0)
-    from scipy.optimize import nnls  # type: ignore[import-untyped]
+    from scipy.optimize import nnls
 
     steepness, at_one = np.polyfit(np.log(rays), np.log(variance), 1)
     powers = np.array(POWERS)
